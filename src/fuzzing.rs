@@ -96,7 +96,7 @@ pub fn run_debugger(subject: &[&str], lines: &str) -> Option<String> {
 /// Returns true if a command line names a file. Each line of a breakpoint's command list passes through here
 /// as well.
 fn names_a_file(line: &str) -> bool {
-    let found = commands::split_command(line).and_then(|(word, _)| commands::find_command(word).ok());
+    let found = commands::split_command(line).and_then(|line| commands::find_command(line.word).ok());
     found.is_some_and(|command| FILE_COMMANDS.contains(&command.name))
 }
 

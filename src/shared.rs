@@ -30,3 +30,4 @@ pub mod scenarios;
 pub mod snapshots;
 pub mod sources;
 pub mod store;
+pub mod usage_error;

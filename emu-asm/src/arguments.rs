@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::NamedText;
 use crate::dialect::AsmDialect;
 use crate::dialect::avr::atmel::substitute_numbered;
 use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, skip_space, step, trim};
@@ -270,7 +271,7 @@ pub(crate) fn parse_parameter(d: &AsmDialect, text: &str) -> MacroParameter {
 pub(crate) fn substitute_parameters(
     d: &AsmDialect,
     line: &AsmLine,
-    values: &[(String, String)],
+    values: &[NamedText],
     number: u32,
     join: ArgumentJoin,
 ) -> AsmLine {
@@ -338,7 +339,7 @@ pub(crate) fn substitute_parameters(
 /// A line during substitution.
 struct ParameterSubstitution<'t> {
     text: &'t str,
-    values: &'t [(String, String)],
+    values: &'t [NamedText],
     out: RewrittenText,
     /// Everything before this position is in `out`.
     copied_to: usize,
@@ -350,7 +351,7 @@ impl<'t> ParameterSubstitution<'t> {
     /// Returns the value of the parameter at `at`.
     fn value(&self, at: Range<usize>) -> Option<&'t str> {
         let name = self.text.get(at)?;
-        self.values.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+        self.values.iter().find(|value| value.name == name).map(|value| value.text.as_str())
     }
 
     /// Substitutes `value` for the text at `at`; returns the position after it.

@@ -10,6 +10,7 @@ use diag::text::{byte_of, to_display_text};
 use diag::{Diagnostic, Pos, Severity, nearest};
 use emu_core::chip::Chip;
 
+use crate::NamedText;
 use crate::chip_names::ChipNames;
 use crate::dialect::AsmDialect;
 use crate::expression::{evaluate, evaluate_front};
@@ -20,7 +21,7 @@ use crate::lines::{AsmLine, BACKSLASH, trim};
 use crate::output::PassOutput;
 use crate::reader::{AsmMacro, OpenCondition, TextFrame};
 use crate::statement::code_end;
-use crate::symbols::{AsmSymbolKind, AsmSymbols};
+use crate::symbols::{AsmSymbolKind, AsmSymbols, LineNumber};
 use crate::value::AsmValue;
 
 /// Passes without progress after which names that still change are an error; in a chain of names, each may
@@ -63,11 +64,11 @@ pub(crate) struct Assembler<'a> {
     pub files: &'a mut dyn IncludeFiles,
     pub texts: SourceTexts,
     /// Number of a text, by the name in the include and the file that includes it.
-    pub opened_includes: HashMap<(String, u32), Result<u32, (String, String)>>,
+    pub opened_includes: HashMap<(String, u32), OpenedInclude>,
     /// Binary files, by the same key.
     pub binaries: HashMap<(String, u32), Rc<[u8]>>,
     /// Names and texts defined by the caller.
-    pub given_defines: Vec<(String, String)>,
+    pub given_defines: Vec<NamedText>,
     pub symbols: AsmSymbols,
     pub pass: u32,
     /// Lines read in all passes.
@@ -124,9 +125,21 @@ pub(crate) struct Assembler<'a> {
     pub externals: BTreeMap<String, (Option<AsmLine>, Range<usize>)>,
 }
 
+/// The result of opening an include file.
+#[derive(Clone)]
+pub(crate) enum OpenedInclude {
+    /// The number of its text.
+    Text(u32),
+    /// It cannot be read.
+    Unreadable {
+        /// The cause, as the diagnostic states it.
+        cause: String,
+    },
+}
+
 impl<'a> Assembler<'a> {
     /// Returns an assembler for a chip, before it reads anything.
-    pub fn new(chip: &'static Chip, given: Vec<(String, String)>, files: &'a mut dyn IncludeFiles) -> Assembler<'a> {
+    pub fn new(chip: &'static Chip, given: Vec<NamedText>, files: &'a mut dyn IncludeFiles) -> Assembler<'a> {
         let d = AsmDialect::of(chip);
         Assembler {
             chip,
@@ -231,8 +244,7 @@ impl<'a> Assembler<'a> {
     /// Reports values that do not settle, at the definition of a name.
     fn report_unsettled(&mut self, name: Option<&Rc<str>>, cause: String, hint: &str) {
         let place = name.and_then(|name| self.symbols.get(name, false)).map(|symbol| symbol.place);
-        self.line =
-            place.and_then(|(file, number)| self.texts.lines(file).get((number as usize).checked_sub(1)?).cloned());
+        self.line = place.and_then(|at| self.texts.lines(at.file).get((at.number as usize).checked_sub(1)?).cloned());
         let text = self.line.as_ref().map_or("", |line| &line.text);
         let whole = trim(text, 0..code_end(self.dialect, text));
         self.report(LineFault::new("ASM018", whole, cause, hint));
@@ -407,11 +419,14 @@ impl<'a> Assembler<'a> {
 
     /// Defines a name; `at` is its position.
     pub fn define_symbol(&mut self, name: &str, value: AsmValue, kind: AsmSymbolKind, at: Range<usize>) {
-        let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
+        let place = self
+            .line
+            .as_ref()
+            .map_or(LineNumber::default(), |line| LineNumber { file: line.file, number: line.number });
         // From the next pass on, the program's name overrides the chip's.
         self.chip_name_redefined |= self.chip_names_read.contains(self.folded_name(name).as_ref());
-        if let Err((file, line)) = self.symbols.define(name, value, kind, self.pass, place) {
-            let cause = format!("`{name}` is already given at {}:{line}", self.texts.name(file));
+        if let Err(LineNumber { file, number }) = self.symbols.define(name, value, kind, self.pass, place) {
+            let cause = format!("`{name}` is already given at {}:{number}", self.texts.name(file));
             let hint = "choose another name, or give it with set instead of equ in both places";
             self.report(LineFault::new("ASM007", at, cause, hint));
         }

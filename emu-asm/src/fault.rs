@@ -49,3 +49,34 @@ impl LineFault {
         LineFault { misspelt_name: Some(name.to_owned()), ..self }
     }
 }
+
+/// Why something is refused, and what to write instead.
+#[derive(Debug, Clone)]
+pub(crate) struct CauseAndHint {
+    pub cause: String,
+    pub hint: String,
+}
+
+impl CauseAndHint {
+    pub fn new(cause: impl Into<String>, hint: impl Into<String>) -> CauseAndHint {
+        CauseAndHint { cause: cause.into(), hint: hint.into() }
+    }
+}
+
+/// A diagnostic of a dialect before its place in the line is known.
+#[derive(Debug)]
+pub(crate) struct AsmRefusal {
+    code: &'static str,
+    reason: CauseAndHint,
+}
+
+impl AsmRefusal {
+    pub fn new(code: &'static str, cause: impl Into<String>, hint: impl Into<String>) -> AsmRefusal {
+        AsmRefusal { code, reason: CauseAndHint::new(cause, hint) }
+    }
+
+    /// Returns the diagnostic at a place of the line.
+    pub fn at(self, at: Range<usize>) -> LineFault {
+        LineFault::new(self.code, at, self.reason.cause, self.reason.hint)
+    }
+}

@@ -67,11 +67,26 @@ pub struct SourceText<'a> {
     pub bytes: &'a [u8],
 }
 
+/// A name and the text that replaces it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedText {
+    /// The name of a text definition or of a macro's parameter.
+    pub name: String,
+    /// The text.
+    pub text: String,
+}
+
+impl NamedText {
+    pub(crate) fn new(name: impl Into<String>, text: impl Into<String>) -> NamedText {
+        NamedText { name: name.into(), text: text.into() }
+    }
+}
+
 /// Settings of an assembly.
 #[derive(Debug, Clone, Default)]
 pub struct AssembleOptions {
     /// Names and their texts, as with `#define`.
-    pub defines: Vec<(String, String)>,
+    pub defines: Vec<NamedText>,
     /// Finds a chip by its command-line name: then an include of another chip of the family defines that
     /// chip's names, as its file would. If `None`, such an include is refused.
     pub find_chip: Option<fn(name: &str) -> Option<&'static Chip>>,

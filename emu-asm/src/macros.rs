@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::NamedText;
 use crate::arguments::{
     ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters,
     unescape, unquoted_argument,
@@ -171,9 +172,12 @@ impl Assembler<'_> {
         }
         // Atmel's assembler has an operator `?`.
         let mark = if self.dialect.hooks.is_atmel { '$' } else { '?' };
-        let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}{mark}{number}")));
-        let values: Vec<(String, String)> =
-            values.into_iter().map(|(name, value)| (name, value.unwrap_or_default())).chain(locals).collect();
+        let locals = found.locals.iter().map(|name| NamedText::new(name, format!("{name}{mark}{number}")));
+        let values: Vec<NamedText> = values
+            .into_iter()
+            .map(|(name, value)| NamedText::new(name, value.unwrap_or_default()))
+            .chain(locals)
+            .collect();
         let lines = found
             .body
             .iter()
@@ -200,14 +204,14 @@ impl Assembler<'_> {
     /// Defines the names of the caller and those of the chip.
     pub fn define_given(&mut self) {
         self.defines = HashMap::new();
-        for (name, text) in (self.dialect.predefined)(self.chip) {
+        for NamedText { name, text } in (self.dialect.predefined)(self.chip) {
             let (name, param) = match name.strip_suffix(')').and_then(|name| name.split_once('(')) {
                 Some((name, param)) => (name.to_owned(), Some(vec![param.to_owned()])),
                 None => (name, None),
             };
             self.defines.insert(name, Rc::new(TextDefine { params: param, text }));
         }
-        for (name, text) in self.given_defines.clone() {
+        for NamedText { name, text } in self.given_defines.clone() {
             self.defines.insert(name, Rc::new(TextDefine { params: None, text }));
         }
     }
@@ -220,7 +224,7 @@ impl Assembler<'_> {
     /// Returns the caller's spelling of the name.
     pub fn given_name(&self, name: &str) -> Option<&str> {
         let is_it = |given: &str| given == name || self.dialect.ignores_case && given.eq_ignore_ascii_case(name);
-        self.given_defines.iter().map(|(given, _)| given.as_str()).find(|given| is_it(given))
+        self.given_defines.iter().map(|given| given.name.as_str()).find(|given| is_it(given))
     }
 
     /// Defines a text for a name.
@@ -377,7 +381,7 @@ impl Assembler<'_> {
         };
         let given: Vec<String> = cut(self.dialect, code, open + 1..at).into_iter().map(&mut put).collect();
         within.names.pop();
-        let values: Vec<(String, String)> = params.iter().cloned().zip(given).collect();
+        let values: Vec<NamedText> = params.iter().zip(given).map(|(name, text)| NamedText::new(name, text)).collect();
         let line = AsmLine { text: define.text.as_str().into(), file: 0, number: 0, map: None };
         let plain = AsmDialect { plain_arguments: true, ..*self.dialect };
         Some((

@@ -52,8 +52,8 @@ impl Assembler<'_> {
             Some(AsmSymbolKind::Alias { of: register, .. }) => register.to_string() + &written[name.len()..],
             _ => written.to_owned(),
         };
-        if let Some((code, cause, hint)) = (self.dialect.refuse_instruction)(mnemonic, &operands) {
-            self.report(LineFault::new(code, all, cause, hint));
+        if let Some(refusal) = (self.dialect.refuse_instruction)(mnemonic, &operands) {
+            self.report(refusal.at(all));
             return None;
         }
         if self.dialect.hooks.is_sdas && matches!(mnemonic, "push" | "pop") && written.eq_ignore_ascii_case("a") {
@@ -342,8 +342,8 @@ impl Assembler<'_> {
         }
         let meant = if value.is_register { (kind.check_register)(n) } else { (kind.check_number)(n, site) };
         let name_alone = piece.get(..name).filter(|_| name == piece.len() && !value.is_unknown);
-        if let Some((code, cause, hint)) = name_alone.and_then(|name| (d.hooks.mismatch)(self, name, kind.name, n)) {
-            self.notes.push(LineFault::new(code, range.clone(), cause, hint).warning());
+        if let Some(mismatch) = name_alone.and_then(|name| (d.hooks.mismatch)(self, name, kind.name, n)) {
+            self.notes.push(mismatch.at(range.clone()).warning());
         }
         match meant {
             Ok(value_here) => OperandResult::Value(value_here, !value.is_unknown),
@@ -375,7 +375,7 @@ impl Assembler<'_> {
     /// Returns the value of an operand in its field of `width` bits; notes truncation.
     fn fit_operand(&mut self, kind: &str, width: u32, n: i64, at: &Range<usize>) -> i64 {
         let Some((fitted, said)) = (self.dialect.hooks.cut)(self.chip, kind, width, n) else { return n };
-        self.notes.extend(said.map(|(code, cause, hint)| LineFault::new(code, at.clone(), cause, hint).warning()));
+        self.notes.extend(said.map(|refusal| refusal.at(at.clone()).warning()));
         fitted
     }
 

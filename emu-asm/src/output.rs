@@ -7,7 +7,7 @@ use emu_core::image::{ImageSpace, Segment, SourceKind, SourceLine, WordBits};
 
 use crate::dialect::{AsmDialect, SectionContent};
 use crate::engine::Assembler;
-use crate::fault::LineFault;
+use crate::fault::{CauseAndHint, LineFault};
 use crate::lines::AsmLine;
 use crate::sections::{self, AsmSection};
 
@@ -212,11 +212,11 @@ impl Assembler<'_> {
             if bytes.iter().all(|&byte| byte == 0) {
                 return;
             }
-            let (cause, hint) = (self.dialect.hooks.no_bytes)(self).unwrap_or_else(|| {
+            let why = (self.dialect.hooks.no_bytes)(self).unwrap_or_else(|| {
                 let cause = "there is no memory here that a program can fill";
-                (cause.to_owned(), "reserve room with ds, and let the program write it".to_owned())
+                CauseAndHint::new(cause, "reserve room with ds, and let the program write it")
             });
-            return self.report(LineFault::new("ASM020", at, cause, hint));
+            return self.report(LineFault::new("ASM020", at, why.cause, why.hint));
         }
         let line = (self.out.list.len() as u32).saturating_sub(1);
         if bytes.len() as u64 > MAX_BYTES as u64 || !self.out.add(bytes, line) {

@@ -5,6 +5,7 @@ mod included_files;
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::NamedText;
 use crate::arguments::{ArgumentJoin, substitute_parameters};
 use crate::dialect::ReadFlow;
 use crate::engine::{Assembler, DirectiveCall};
@@ -211,7 +212,7 @@ impl Assembler<'_> {
                 (*left > 0).then_some(None)
             }
             FrameEnd::Texts(name, texts, body, join) => texts.pop().map(|text| {
-                let values = [(name.clone(), text)];
+                let values = [NamedText::new(name.as_str(), text)];
                 Some(body.iter().map(|line| substitute_parameters(self.dialect, line, &values, 0, *join)).collect())
             }),
             FrameEnd::While(line, from, turns) => {

@@ -35,6 +35,15 @@ impl AsmSymbolKind {
     }
 }
 
+/// A line of the source or of a file that it includes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct LineNumber {
+    /// Number of the file's text.
+    pub file: u32,
+    /// Number of the line, from 1.
+    pub number: u32,
+}
+
 /// A name and its value.
 #[derive(Debug, Clone)]
 pub(crate) struct AsmSymbol {
@@ -44,8 +53,8 @@ pub(crate) struct AsmSymbol {
     pub kind: AsmSymbolKind,
     /// The pass that last defined it.
     pub pass: u32,
-    /// File and line that defined it.
-    pub place: (u32, u32),
+    /// The line that defined it.
+    pub place: LineNumber,
     /// Its value at the end of the previous pass.
     previous_value: AsmValue,
     /// It was read in this pass before its definition.
@@ -94,15 +103,15 @@ impl AsmSymbols {
     /// Defines a name.
     ///
     /// # Errors
-    /// The file and line that defined it differently in this pass.
+    /// The line that defined it differently in this pass.
     pub fn define(
         &mut self,
         name: &str,
         value: AsmValue,
         kind: AsmSymbolKind,
         pass: u32,
-        place: (u32, u32),
-    ) -> Result<(), (u32, u32)> {
+        place: LineNumber,
+    ) -> Result<(), LineNumber> {
         match self.names.get_mut(name) {
             Some(old) => {
                 let twice = old.pass == pass && !(old.kind.is_redefinable() && kind.is_redefinable());

@@ -7,7 +7,7 @@ mod common;
 use std::fmt::Write;
 
 use common::chip;
-use emu_asm::{AssembleOptions, IncludeFiles, SourceText, assemble};
+use emu_asm::{AssembleOptions, IncludeFiles, NamedText, SourceText, assemble};
 
 /// Files for includes.
 struct Memory;
@@ -34,7 +34,10 @@ fn found(chip_name: &str, text: &str) -> String {
 
 fn assembled(chip_name: &str, bytes: &[u8]) -> String {
     let source = SourceText { name: "main.asm", bytes };
-    let options = AssembleOptions { defines: vec![("GIVEN".into(), "3".into())], ..AssembleOptions::default() };
+    let options = AssembleOptions {
+        defines: vec![NamedText { name: "GIVEN".into(), text: "3".into() }],
+        ..AssembleOptions::default()
+    };
     let mut out = String::new();
     let chip = chip(chip_name).unwrap_or_else(|| panic!("no chip {chip_name}"));
     let faults = match assemble(&source, chip, &options, &mut Memory) {

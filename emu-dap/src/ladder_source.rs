@@ -3,14 +3,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf, absolute};
 
+use ladder::{ElementId, ProgramElement};
 use ladder_view::{ElementStart, LadderView, RungStart};
 use serde_json::{Value, json};
 
 use crate::error::DapError;
 use crate::files::LineStart;
 
-/// Numbers of a rung and of an element in it, both from 1.
-type ElementNumber = (u32, u32);
+/// Line and text of an element.
+struct ElementText {
+    line: u32,
+    text: String,
+}
+
+/// The identity of the element that starts at a program word.
+fn start_id(start: &ElementStart) -> ElementId {
+    ElementId { rung: start.rung.saturating_sub(1), index: start.element.saturating_sub(1) }
+}
 
 /// The ladder program of a machine.
 pub(crate) struct LadderSource {
@@ -20,17 +29,16 @@ pub(crate) struct LadderSource {
     /// The rungs that have code, with their first program word.
     rungs: Vec<RungStart>,
     elements: Vec<ElementStart>,
-    /// Line and text of every element.
-    texts: BTreeMap<ElementNumber, (u32, String)>,
+    texts: BTreeMap<ElementId, ElementText>,
 }
 
 impl LadderSource {
     /// Collects the rungs and elements of a view.
     pub fn new(view: LadderView) -> LadderSource {
         let file = PathBuf::from(&view.program().file);
-        let number = |id: ladder::ElementId| (id.rung + 1, id.index + 1);
-        let texts =
-            view.program().elements().map(|(id, element, pos)| (number(id), (pos.line, ladder::element_text(element))));
+        let texts = view.program().elements().map(|ProgramElement { id, element, pos }| {
+            (id, ElementText { line: pos.line, text: ladder::element_text(element) })
+        });
         LadderSource {
             file: absolute(&file).unwrap_or(file),
             rungs: view.rung_starts(),
@@ -85,9 +93,9 @@ impl LadderSource {
 
     /// The element or rung at a program word, with its line.
     pub fn place(&self, word: u32) -> Option<(String, u32)> {
-        let element = self.view.element_at(word).map(|id| (id.rung + 1, id.index + 1));
-        if let Some((number, (line, text))) = element.and_then(|number| Some((number, self.texts.get(&number)?))) {
-            return Some((format!("rung {}, element {}: {text}", number.0, number.1), *line));
+        let element = self.view.element_at(word);
+        if let Some((id, ElementText { line, text })) = element.and_then(|id| Some((id, self.texts.get(&id)?))) {
+            return Some((format!("{id}: {text}"), *line));
         }
         let rung = self.view.rung_at(word)?;
         Some((format!("rung {rung}"), self.view.rung_line(rung)?))
@@ -138,7 +146,7 @@ impl LadderSource {
         heads.extend(rungs);
         let elements = self.elements.iter().filter(|start| start.word == word);
         heads.extend(elements.filter_map(|start| {
-            let (_, text) = self.texts.get(&(start.rung, start.element))?;
+            let ElementText { text, .. } = self.texts.get(&start_id(start))?;
             Some(format!("; {}.{} {text}", start.rung, start.element))
         }));
         heads
@@ -149,7 +157,7 @@ impl LadderSource {
     /// The line of the element or rung that starts at a program word.
     pub fn line_beginning_at(&self, word: u32) -> Option<u32> {
         let element = self.elements.iter().find(|start| start.word == word);
-        let line = element.and_then(|start| self.texts.get(&(start.rung, start.element))).map(|(line, _)| *line);
+        let line = element.and_then(|start| self.texts.get(&start_id(start))).map(|at| at.line);
         let rung =
             || self.rungs.iter().find(|start| start.word == word).and_then(|start| self.view.rung_line(start.rung));
         line.or_else(rung)

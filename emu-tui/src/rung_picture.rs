@@ -5,6 +5,7 @@
 //! power at the input and output of each element.
 
 use ladder::{DrawnElement, Element, ElementId, LadderProgram, RungNode};
+use ladder_eval::ElementPower;
 
 /// The kind of a character in the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,8 +33,8 @@ pub struct PictureGlyph {
 
 /// The state of a program in one scan.
 pub trait PowerFlowSource {
-    /// (Power at the input, power at the output) of an element; `None` if it was not executed.
-    fn power_flow(&self, element: ElementId) -> Option<(bool, bool)>;
+    /// Power at the input and at the output of an element; `None` if it was not executed.
+    fn power_flow(&self, element: ElementId) -> Option<ElementPower>;
     /// The value of a bit; `None` if the symbol is not a bit.
     fn bit_value(&self, name: &str) -> Option<bool>;
 }
@@ -195,7 +196,7 @@ impl RungGrid {
         let mut nets: Vec<(Option<bool>, bool)> = vec![(None, false)];
         for cell in cells {
             let (row, from, to) = self.place(cell);
-            let (came, went) = seen.power_flow(cell.id).unwrap_or((false, false));
+            let power = seen.power_flow(cell.id).unwrap_or_default();
             for (column, behind) in [(from.checked_sub(1), false), (Some(to), true)] {
                 let Some(column) = column.filter(|c| self.wire(row, *c).is_some()) else { continue };
                 let net = match net_of.get(row).and_then(|r| r.get(column)) {
@@ -209,9 +210,9 @@ impl RungGrid {
                 };
                 if let Some(net) = nets.get_mut(net) {
                     if behind {
-                        net.1 |= went;
+                        net.1 |= power.after;
                     } else {
-                        net.0 = Some(net.0.unwrap_or(false) | came);
+                        net.0 = Some(net.0.unwrap_or(false) | power.before);
                     }
                 }
             }
@@ -248,11 +249,11 @@ impl RungGrid {
         mark: Option<ElementId>,
     ) {
         let (row, from, to) = self.place(cell);
-        let (came, went) = seen.power_flow(cell.id).unwrap_or((false, false));
+        let power = seen.power_flow(cell.id).unwrap_or_default();
         let marked = mark == Some(cell.id);
         let mut put = |column: usize, sign: Option<char>| {
             if let Some(slot) = self.glyphs.get_mut(row).and_then(|r| r.get_mut(column)) {
-                *slot = PictureGlyph { glyph: sign.unwrap_or(slot.glyph), ink: GlyphInk::Power(went), marked };
+                *slot = PictureGlyph { glyph: sign.unwrap_or(slot.glyph), ink: GlyphInk::Power(power.after), marked };
             }
         };
         (from..to).for_each(|column| put(column, None));
@@ -261,18 +262,18 @@ impl RungGrid {
                 let bit = seen.bit_value(name).unwrap_or(false);
                 // The value at the time when the rung was executed counts, if it is known; a marked element
                 // was not executed yet.
-                let closed = if came && !marked { went } else { bit != *negated };
+                let closed = if power.before && !marked { power.after } else { bit != *negated };
                 put(
                     from,
                     Some(if closed {
-                        if came { '┫' } else { '┨' }
-                    } else if came {
+                        if power.before { '┫' } else { '┨' }
+                    } else if power.before {
                         '┥'
                     } else {
                         '┤'
                     }),
                 );
-                put(to.saturating_sub(1), Some(if closed { if went { '┣' } else { '┠' } } else { '├' }));
+                put(to.saturating_sub(1), Some(if closed { if power.after { '┣' } else { '┠' } } else { '├' }));
                 bit
             }
             Some(Element::Coil { name, negated, set, reset, .. }) => {
@@ -282,7 +283,7 @@ impl RungGrid {
                 }
                 bit
             }
-            _ => went,
+            _ => power.after,
         };
         // The name is above the element and may extend over the wires on both sides.
         let Some(above) = row.checked_sub(1).and_then(|row| self.glyphs.get_mut(row)) else { return };

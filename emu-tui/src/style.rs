@@ -113,16 +113,31 @@ pub fn draw_prompt(paper: &mut PaneArea<'_>, line: &str, look: ScreenStyle) {
     paper.put(end, 0, "█", look.text());
 }
 
+/// A key and its function, as the last line of the screen shows them.
+#[derive(Debug, Clone, Copy)]
+pub struct KeyLabel {
+    /// Name of the key.
+    pub key: &'static str,
+    /// What it does, in one word.
+    pub function: &'static str,
+}
+
+/// Returns the label of a key.
+#[must_use]
+pub const fn key_label(key: &'static str, function: &'static str) -> KeyLabel {
+    KeyLabel { key, function }
+}
+
 /// Draws keys with their functions, as many as fit.
-pub fn draw_keys(paper: &mut PaneArea<'_>, keys: &[(&str, &str)], look: ScreenStyle) {
+pub fn draw_keys(paper: &mut PaneArea<'_>, keys: &[KeyLabel], look: ScreenStyle) {
     let mut x = 0;
-    for (key, does) in keys {
-        let width = u16::try_from(key.len() + does.len() + 3).unwrap_or(u16::MAX);
+    for KeyLabel { key, function } in keys {
+        let width = u16::try_from(key.len() + function.len() + 3).unwrap_or(u16::MAX);
         if x + width > paper.area.width + 2 {
             break;
         }
         x = paper.put(x, 0, key, look.key());
-        x = paper.put(x + 1, 0, does, look.text()) + 2;
+        x = paper.put(x + 1, 0, function, look.text()) + 2;
     }
 }
 

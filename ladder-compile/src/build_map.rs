@@ -1,6 +1,6 @@
 //! Builds the map of a finished image.
 
-use ladder::{Element, ElementId, LadderProgram};
+use ladder::{Element, ElementId, LadderProgram, ProgramElement};
 
 use crate::lower;
 use crate::map::{EepromMap, ElementMap, ImageMap, PinMap, RungMap, SCHEMA, SymbolMap};
@@ -23,7 +23,7 @@ pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &B
         .collect();
     // Marks and elements are in the same order. An element without a mark has no code, and the checks of the
     // map find it.
-    let elements = program.elements().map(|(id, element, _)| {
+    let elements = program.elements().map(|ProgramElement { id, element, .. }| {
         let place = listed.binary_search_by_key(&id, |&(listed, _)| listed).ok();
         let start = place.and_then(|n| listed.get(n)).map_or(0, |&(_, at)| at);
         let next = place.and_then(|n| listed.get(n + 1)).filter(|(next, _)| next.rung == id.rung);
@@ -92,7 +92,7 @@ pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &B
 /// EEPROM cells of every PERSIST, in text order.
 fn eeprom_map(program: &LadderProgram) -> Vec<EepromMap> {
     let cells = lower::eeprom_cells(program);
-    let names = program.elements().filter_map(|(_, element, _)| match element {
+    let names = program.elements().filter_map(|ProgramElement { element, .. }| match element {
         Element::Persist { name } => Some(name.clone()),
         _ => None,
     });

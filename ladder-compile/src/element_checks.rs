@@ -3,7 +3,7 @@
 use diag::{Diagnostic, Severity};
 use emu_core::chip::ChipFamily;
 use ladder::registers::{self, PortRegister, RegisterFamily, RegisterKind};
-use ladder::{ChipPart, Element, LadderDialect, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{ChipPart, Element, LadderDialect, LadderOperand, LadderProgram, ProgramElement, SymbolKind};
 
 use crate::codes;
 use crate::lower;
@@ -18,7 +18,7 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
     let is_bit = |name: &str| symbols.iter().find(|s| s.name == name).is_none_or(|s| s.kind.is_bit());
     let mut cells = lower::eeprom_cells(program).into_iter();
     let mut refusals = Vec::new();
-    for (id, element, pos) in program.elements() {
+    for ProgramElement { id, element, pos } in program.elements() {
         let facts = element.facts();
         let mut error = |code, cause: String, hint: &str| {
             refusals.push(Diagnostic::new(Severity::Error, code, &program.file, pos, format!("{id}: {cause}"), hint));

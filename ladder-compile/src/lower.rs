@@ -18,7 +18,8 @@ mod word_elements;
 use std::collections::HashMap;
 
 use ladder::{
-    CompareOp, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
+    CompareOp, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, ProgramElement, RungNode,
+    SymbolKind,
     registers::{self, PortRegister, RegisterKind, SharedPin},
 };
 
@@ -64,7 +65,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         }
     }
     lower.plan_jumps();
-    if program.elements().any(|(_, element, _)| matches!(element, Element::MasterRelay)) {
+    if program.elements().any(|ProgramElement { element, .. }| matches!(element, Element::MasterRelay)) {
         // A jump back reads it in a rung above.
         let role = if lower.jumps.is_some() { BitRole::Memory } else { BitRole::Temporary };
         let master = lower.new_bit("master".to_owned(), role);

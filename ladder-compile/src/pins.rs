@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::{Chip, ChipFamily};
 use ladder::registers::{self, SharedPin};
-use ladder::{ChipPart, Element, LadderProgram, SymbolKind};
+use ladder::{ChipPart, Element, LadderProgram, ProgramElement, SymbolKind};
 
 use crate::codes;
 use crate::target::CompileTarget;
@@ -71,7 +71,7 @@ pub fn assign_pins(
     notes: &mut Vec<Diagnostic>,
 ) -> Vec<AssignedPin> {
     let chip = target.chip;
-    let used = program.elements().filter_map(|(_, element, _)| match element {
+    let used = program.elements().filter_map(|ProgramElement { element, .. }| match element {
         Element::ReadAdc { name, .. } => Some(name.clone()),
         _ => None,
     });
@@ -281,7 +281,7 @@ fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> V
 
 /// Name that LDmicro 5 gives to the PWM output.
 fn pwm_output(program: &LadderProgram) -> Option<&str> {
-    program.elements().find_map(|(_, element, _)| match element {
+    program.elements().find_map(|ProgramElement { element, .. }| match element {
         Element::SetPwm { output: Some((name, _)), .. } => Some(name.as_str()),
         _ => None,
     })

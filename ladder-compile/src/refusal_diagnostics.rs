@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use diag::{Diagnostic, Pos, Severity};
-use ladder::LadderProgram;
 use ladder::symbols::for_each_symbol_use;
+use ladder::{LadderProgram, ProgramElement};
 
 use crate::codes;
 use crate::target::{BuildRefusal, BuiltImage, CompileJob};
@@ -62,9 +62,9 @@ pub(crate) fn refusal_diagnostics(
             (codes::PWM, cause, format!("choose {nearest} Hz, or another clock"))
         }
         BuildRefusal::Unsupported { cause, hint, element } => {
-            let found = element.and_then(|id| program.elements().find(|(other, ..)| *other == id));
+            let found = element.and_then(|id| program.find_element(id));
             let cause = match found {
-                Some((id, _, at)) => {
+                Some(ProgramElement { id, pos: at, .. }) => {
                     pos = at;
                     format!("{id}: {cause}")
                 }
@@ -116,7 +116,7 @@ fn rung_data_bytes(program: &LadderProgram) -> Vec<u64> {
     let symbols: HashMap<String, u64> =
         program.symbols().into_iter().filter(|s| !s.kind.is_bit()).map(|s| (s.name, s.bytes.into())).collect();
     let mut used: Vec<BTreeSet<String>> = vec![BTreeSet::new(); program.rungs.len()];
-    for (id, element, _) in program.elements() {
+    for ProgramElement { id, element, .. } in program.elements() {
         if let Some(names) = used.get_mut(id.rung as usize) {
             for_each_symbol_use(element, &mut |name, _| _ = names.insert(name.to_owned()));
         }

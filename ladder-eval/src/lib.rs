@@ -48,6 +48,15 @@ pub use ladder::{ElementId, LadderProgram, LadderSymbol};
 pub use peripheral_state::BusEvent;
 pub use unsupported::UnsupportedReason;
 
+/// Rung bit before and after an element in one scan.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ElementPower {
+    /// True if power enters it.
+    pub before: bool,
+    /// True if power leaves it.
+    pub after: bool,
+}
+
 /// Executes one program scan by scan. A `clone` is a snapshot: it copies the whole state and shares the
 /// program.
 #[derive(Debug, Clone)]

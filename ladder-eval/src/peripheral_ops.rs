@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use ladder::format::{self, StringPiece};
-use ladder::{BusOp, BusTransfer, Element, LadderDialect, LadderOperand, is_percent_resolution};
+use ladder::{BusOp, BusTransfer, CurvePoint, Element, LadderDialect, LadderOperand, is_percent_resolution};
 
 use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
@@ -149,10 +149,10 @@ fn check_curve(
     builder: &FlatBuilder<'_>,
     dest: u32,
     index: ValueSource,
-    points: &[(i64, i64)],
+    points: &[CurvePoint],
 ) -> Result<PiecewiseCurve, UnsupportedReason> {
     let coordinate = |value: i64| builder.checked_constant("a coordinate", value);
-    let points = points.iter().map(|(x, y)| Ok((coordinate(*x)?, coordinate(*y)?)));
+    let points = points.iter().map(|point| Ok((coordinate(point.x)?, coordinate(point.y)?)));
     let points = points.collect::<Result<Vec<_>, UnsupportedReason>>()?;
     let short = |value: i32| i16::try_from(value).is_ok();
     let short_index = match index {

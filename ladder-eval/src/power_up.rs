@@ -1,6 +1,6 @@
 //! What the flat form must know before its first element: start values, and analog inputs.
 
-use ladder::{CounterKind, Element, LadderOperand, TimerKind};
+use ladder::{CounterKind, Element, LadderOperand, ProgramElement, TimerKind};
 
 use crate::arithmetic::truncate;
 use crate::flat_program::ValueSource;
@@ -9,7 +9,7 @@ use crate::flatten::FlatBuilder;
 impl FlatBuilder<'_> {
     /// Collects what must be known before the first element: start values of counters, and analog inputs.
     pub(crate) fn collect_devices_and_starts(&mut self) {
-        for (_, element, _) in self.program.elements() {
+        for ProgramElement { element, .. } in self.program.elements() {
             match element {
                 // In LDmicro 5 a TOF begins with its preset, written in the same order of the text.
                 Element::Timer { kind: TimerKind::Tof, name, delay, adjust } if !self.is_release_23() => {

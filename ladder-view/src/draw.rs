@@ -2,6 +2,7 @@
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::{DrawnElement, draw_rung};
+use ladder_eval::ElementPower;
 
 use crate::{LadderView, ScanPosition};
 
@@ -42,9 +43,9 @@ impl LadderView {
         let mut lines: Vec<Vec<char>> = drawing.lines.iter().map(|line| line.chars().collect()).collect();
         let power = |cell: &DrawnElement| moment.power(cell.id);
         for cell in &drawing.elements {
-            let Some((before, behind)) = power(cell) else { continue };
+            let Some(ElementPower { before, after }) = power(cell) else { continue };
             let Some(line) = lines.get_mut(cell.line) else { continue };
-            if behind {
+            if after {
                 power_wire(line.iter_mut().skip(cell.column + cell.width));
             }
             if before {
@@ -69,7 +70,7 @@ impl LadderView {
                 let cell = cells.clone().find(|cell| (cell.column..cell.column + cell.width).contains(&at));
                 match (cell, line.get(at)) {
                     (Some(cell), _) if Some(cell.id) == next => NEXT_STYLE,
-                    (Some(cell), _) if power(cell).is_some_and(|power| power.1) => POWERED_STYLE,
+                    (Some(cell), _) if power(cell).is_some_and(|power| power.after) => POWERED_STYLE,
                     (None, Some('=')) => POWERED_STYLE,
                     _ => "",
                 }

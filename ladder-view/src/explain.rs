@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::{
-    ChipPart, Element, ElementId, LadderProgram, PowerEffect, SymbolKind, SymbolUse, WriteMoment, element_text,
+    ChipPart, Element, ElementId, LadderProgram, PowerEffect, ProgramElement, SymbolKind, SymbolUse, WriteMoment,
+    element_text,
 };
-use ladder_eval::Evaluator;
+use ladder_eval::{ElementPower, Evaluator};
 
 use crate::power_flow::{PowerDecider, deciders};
 use crate::scan_follower::{FollowedScan, ScanFollower};
@@ -132,9 +133,9 @@ impl LadderView {
     fn read_values(&self, decider: &PowerDecider<'_>, scan: &FollowedScan) -> String {
         // The output of a powered contact reveals the value of its bit at that time.
         if let Element::Contacts { name, negated, .. } = decider.element
-            && let Some((true, behind)) = scan.power(decider.id)
+            && let Some(ElementPower { before: true, after }) = scan.power(decider.id)
         {
-            return format!(" ({name} {})", u8::from(behind != *negated));
+            return format!(" ({name} {})", u8::from(after != *negated));
         }
         let behind = ElementId { index: decider.id.index + 1, ..decider.id };
         let one = |name: &str| Some(format!("{name} {}", scan.value(self.facts.power_up.index(name)?, Some(behind))));
@@ -144,8 +145,8 @@ impl LadderView {
 
     /// Formats an element, such as `rung 3, element 2: CONTACTS Xstop 1`.
     fn element_text(&self, id: ElementId) -> String {
-        let element = self.facts.program.elements().find(|(other, ..)| *other == id);
-        element.map_or_else(|| id.to_string(), |(_, element, _)| format!("{id}: {}", element_text(element)))
+        let element = self.facts.program.find_element(id);
+        element.map_or_else(|| id.to_string(), |at| format!("{id}: {}", element_text(at.element)))
     }
 
     /// Finds the element that last wrote a symbol in a scan before `to`; set and reset coils count only with
@@ -153,15 +154,15 @@ impl LadderView {
     fn last_writer(&self, scan: &FollowedScan, symbol: usize, to: Option<ElementId>) -> Option<ElementId> {
         let name = &self.facts.power_up.symbols().get(symbol)?.name;
         let wrote = |id: ElementId, element: &Element| {
-            let (powered, passing) = scan.power(id).unwrap_or_default();
+            let power = scan.power(id).unwrap_or_default();
             element.facts().write_moment(name).is_some_and(|moment| match moment {
                 WriteMoment::Always => true,
-                WriteMoment::Powered => powered,
-                WriteMoment::Passing => passing,
+                WriteMoment::Powered => power.before,
+                WriteMoment::Passing => power.after,
             })
         };
-        let elements = self.facts.program.elements().take_while(|(id, ..)| to.is_none_or(|to| *id < to));
-        elements.filter(|(id, element, _)| wrote(*id, element)).map(|(id, ..)| id).last()
+        let elements = self.facts.program.elements().take_while(|at| to.is_none_or(|to| at.id < to));
+        elements.filter(|at| wrote(at.id, at.element)).map(|at| at.id).last()
     }
 
     fn unknown_symbol(&self, name: &str) -> ViewError {
@@ -231,7 +232,7 @@ impl ChangeExplainer<'_> {
 /// Returns the elements that write symbols, with the symbols, in text order.
 pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(ElementId, u32)> {
     let mut all = Vec::new();
-    for (id, element, _) in program.elements() {
+    for ProgramElement { id, element, .. } in program.elements() {
         let facts = element.facts();
         let symbols = (0..).zip(start.symbols()).filter(|(_, symbol)| facts.write_moment(&symbol.name).is_some());
         all.extend(symbols.map(|(symbol, _)| (id, symbol)));
@@ -247,9 +248,9 @@ pub(crate) fn received_symbols(
     parts: &[ChipPart],
 ) -> Vec<usize> {
     let is_one = |part: ChipPart| parts.contains(&part);
-    let receives = program.elements().filter(|(_, element, _)| element.facts().part.is_some_and(is_one));
-    let names = receives
-        .flat_map(|(_, element, _)| element.facts().written().filter_map(|name| start.index(name)).collect::<Vec<_>>());
+    let receives = program.elements().filter(|at| at.element.facts().part.is_some_and(is_one));
+    let names =
+        receives.flat_map(|at| at.element.facts().written().filter_map(|name| start.index(name)).collect::<Vec<_>>());
     names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
 }
 

@@ -2,6 +2,7 @@
 
 use ladder::il::{IlAction, IlBinaryOperator, IlStep};
 use ladder::{Element, ElementId, LadderProgram, PowerEffect, Rung, RungNode};
+use ladder_eval::ElementPower;
 
 use crate::scan_follower::FollowedScan;
 
@@ -64,16 +65,16 @@ impl<'a> RungWalk<'a, '_> {
     }
 
     fn leaf(&mut self, id: ElementId, element: &'a Element) {
-        let Some((before, behind)) = self.scan.power(id) else { return };
+        let Some(ElementPower { before, after }) = self.scan.power(id) else { return };
         if let Element::Instruction(step) = element {
-            return self.line(id, element, step, (before, behind));
+            return self.line(id, element, step, (before, after));
         }
         let decides = matches!(element.facts().power, PowerEffect::Narrows | PowerEffect::Decides);
-        if !behind && before {
+        if !after && before {
             // Elements that passed power before this one have no effect.
             self.path.clear();
             self.path.push(PowerDecider { id, element, passed_power: false });
-        } else if behind && (decides || !before) {
+        } else if after && (decides || !before) {
             if !before {
                 // The element supplies power by itself.
                 self.path.clear();
@@ -148,7 +149,7 @@ impl<'a> RungWalk<'a, '_> {
     /// power.
     fn is_powered(&self, first: u32, end: u32, before: &[PowerDecider<'a>]) -> bool {
         let last = (first..end).rev().find_map(|index| self.scan.power(ElementId { rung: self.rung, index }));
-        last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |(_, behind)| behind)
+        last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |power| power.after)
     }
 }
 
@@ -166,7 +167,7 @@ mod tests {
             eval.set(symbol, 1);
         }
         let mut power = Vec::new();
-        eval.scan_watched(&mut |id, before, behind| power.push((id, before, behind)));
+        eval.scan_watched(&mut |id, before, after| power.push((id, ElementPower { before, after })));
         let (last, ..) = power.last().copied().expect("an element");
         let found = deciders(&program, &FollowedScan::with_power(power), last);
         let text = |d: &PowerDecider<'_>| {

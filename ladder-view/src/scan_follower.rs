@@ -6,15 +6,29 @@ use std::sync::Arc;
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::ElementId;
-use ladder_eval::Evaluator;
+use ladder_eval::{ElementPower, Evaluator};
 
 use crate::{ProgramFacts, RESET_WORD};
 
 /// Number of the most recent changes kept for each symbol.
 const KEPT_CHANGES: usize = 4;
 
-/// Rung bits before and after elements, and values that elements wrote to symbols.
-type ScanTrace = (Vec<(ElementId, bool, bool)>, Vec<(ElementId, u32, i32)>);
+/// A value that an element wrote to a symbol.
+#[derive(Debug, Clone, Copy)]
+struct SymbolWrite {
+    element: ElementId,
+    symbol: u32,
+    value: i32,
+}
+
+/// What the elements of a scan did, in text order.
+#[derive(Debug)]
+struct ScanTrace {
+    /// Rung bit before and after each element, without comments.
+    power: Vec<(ElementId, ElementPower)>,
+    /// Values that elements wrote to symbols.
+    writes: Vec<SymbolWrite>,
+}
 
 /// One scan, as the evaluator ran it with the values of the chip.
 #[derive(Debug)]
@@ -29,25 +43,23 @@ pub(crate) struct FollowedScan {
     pub values_before: Vec<i32>,
     /// Values of all symbols after the last rung.
     pub values_after: Vec<i32>,
-    /// Rung bit before and after each element, in text order, without comments.
-    power: Vec<(ElementId, bool, bool)>,
-    /// Values that elements wrote to symbols, in text order.
-    writes: Vec<(ElementId, u32, i32)>,
+    trace: ScanTrace,
 }
 
 impl FollowedScan {
     /// Rung bit before and after an element; `None` for a comment.
-    pub(crate) fn power(&self, id: ElementId) -> Option<(bool, bool)> {
-        let at = self.power.binary_search_by_key(&id, |row| row.0).ok()?;
-        self.power.get(at).map(|row| (row.1, row.2))
+    pub(crate) fn power(&self, id: ElementId) -> Option<ElementPower> {
+        let at = self.trace.power.binary_search_by_key(&id, |row| row.0).ok()?;
+        self.trace.power.get(at).map(|row| row.1)
     }
 
     /// Value of a symbol when the scan reaches element `to`, or after the last rung if `to` is `None`.
     pub(crate) fn value(&self, symbol: usize, to: Option<ElementId>) -> i32 {
         let Some(to) = to else { return self.values_after.get(symbol).copied().unwrap_or(0) };
-        let earlier = self.writes.partition_point(|write| write.0 < to);
-        let last = self.writes.iter().take(earlier).rev().find(|write| write.1 as usize == symbol);
-        last.map_or_else(|| self.values_before.get(symbol).copied().unwrap_or(0), |write| write.2)
+        let writes = &self.trace.writes;
+        let earlier = writes.partition_point(|write| write.element < to);
+        let last = writes.iter().take(earlier).rev().find(|write| write.symbol as usize == symbol);
+        last.map_or_else(|| self.values_before.get(symbol).copied().unwrap_or(0), |write| write.value)
     }
 
     /// True if a symbol's value at element `to` of this scan differs from the value after the previous scan.
@@ -59,9 +71,10 @@ impl FollowedScan {
 #[cfg(test)]
 impl FollowedScan {
     /// A scan of which only the rung bits are known.
-    pub(crate) fn with_power(power: Vec<(ElementId, bool, bool)>) -> FollowedScan {
+    pub(crate) fn with_power(power: Vec<(ElementId, ElementPower)>) -> FollowedScan {
+        let trace = ScanTrace { power, writes: Vec::new() };
         let (previous_values, values_before, values_after) = (Vec::new(), Vec::new(), Vec::new());
-        FollowedScan { number: 1, cycle: 0, previous_values, values_before, values_after, power, writes: Vec::new() }
+        FollowedScan { number: 1, cycle: 0, previous_values, values_before, values_after, trace }
     }
 }
 
@@ -157,7 +170,7 @@ impl ScanFollower {
         }
         let trace = self.trace_scan(&mut with_byte);
         // A byte that no element has taken waits on the chip, where its value is known.
-        let (power, writes) = if with_byte.has_received_byte() {
+        let trace = if with_byte.has_received_byte() {
             self.trace_scan(eval)
         } else {
             *eval = with_byte;
@@ -172,27 +185,30 @@ impl ScanFollower {
             previous_values: old,
             values_before: start,
             values_after: after,
-            power,
-            writes,
+            trace,
         }
     }
 
-    /// Runs a scan and returns [`FollowedScan::power`] and [`FollowedScan::writes`].
+    /// Runs a scan and returns what its elements did.
     fn trace_scan(&self, eval: &mut Evaluator) -> ScanTrace {
-        let mut power = Vec::with_capacity(self.last_scan.as_ref().map_or(0, |scan| scan.power.len()));
+        let mut power = Vec::with_capacity(self.last_scan.as_ref().map_or(0, |scan| scan.trace.power.len()));
         let mut writes = Vec::with_capacity(self.facts.writes.len());
         let mut written = self.facts.writes.iter().peekable();
         let is_jumping = self.facts.has_jumps;
-        let value_of = |values: &[i32], symbol: u32| values.get(symbol as usize).copied().unwrap_or(0);
-        eval.scan_traced(|id, before, behind, values| {
-            power.push((id, before, behind));
+        let write = |values: &[i32], &(element, symbol): &(ElementId, u32)| SymbolWrite {
+            element,
+            symbol,
+            value: values.get(symbol as usize).copied().unwrap_or(0),
+        };
+        eval.scan_traced(|id, before, after, values| {
+            power.push((id, ElementPower { before, after }));
             if is_jumping {
                 let own = self.facts.writes.iter().filter(|row| row.0 == id);
-                writes.extend(own.map(|(id, symbol)| (*id, *symbol, value_of(values, *symbol))));
+                writes.extend(own.map(|row| write(values, row)));
                 return;
             }
-            while let Some((id, symbol)) = written.next_if(|row| row.0 <= id) {
-                writes.push((*id, *symbol, value_of(values, *symbol)));
+            while let Some(row) = written.next_if(|row| row.0 <= id) {
+                writes.push(write(values, row));
             }
         });
         if is_jumping {
@@ -201,10 +217,10 @@ impl ScanFollower {
             power.sort_by_key(|row| row.0);
             power.dedup_by_key(|row| row.0);
             writes.reverse();
-            writes.sort_by_key(|row| (row.0, row.1));
-            writes.dedup_by_key(|row| (row.0, row.1));
+            writes.sort_by_key(|write: &SymbolWrite| (write.element, write.symbol));
+            writes.dedup_by_key(|write| (write.element, write.symbol));
         }
-        (power, writes)
+        ScanTrace { power, writes }
     }
 
     /// Ends the current scan and records it.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use emu_debug::debug::{DynMachine, ObserveLevel, ProgramFollower};
 use ladder::ElementId;
+use ladder_eval::ElementPower;
 
 use crate::LadderView;
 use crate::scan_follower::{FollowedScan, ScanFollower};
@@ -34,7 +35,7 @@ impl ScanPosition {
     /// In the current rung, only elements that have run in this scan have a value. `None` before the first
     /// scan, and for comments.
     #[must_use]
-    pub fn power(&self, id: ElementId) -> Option<(bool, bool)> {
+    pub fn power(&self, id: ElementId) -> Option<ElementPower> {
         let scan = match (&self.current_scan, self.current_element) {
             (Some(_), Some(here)) if id.rung > here.rung => self.last_scan.as_ref(),
             (Some(_), Some(here)) if id.rung == here.rung && id >= here => None,
@@ -48,7 +49,7 @@ impl ScanPosition {
     #[must_use]
     pub fn is_powered_here(&self) -> bool {
         let power = self.current_element.and_then(|here| self.current_scan.as_ref()?.power(here));
-        power.is_some_and(|power| power.0)
+        power.is_some_and(|power| power.before)
     }
 }
 

@@ -2,12 +2,12 @@
 
 use diag::Severity;
 
-use crate::check::{CheckedElement, Checker};
+use crate::check::Checker;
 use crate::codes;
-use crate::model::{Element, LadderOperand, MathOp, ShiftOp, UnaryOp};
+use crate::model::{Element, LadderOperand, MathOp, ProgramElement, ShiftOp, UnaryOp};
 
 /// What one of these elements shows by itself.
-pub(crate) fn check_bit_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+pub(crate) fn check_bit_element(checker: &mut Checker<'_>, at: ProgramElement<'_>) {
     match at.element {
         Element::Math { op: MathOp::Mod, op2, .. } => {
             if let LadderOperand::Const { value: 0, .. } = op2 {
@@ -68,7 +68,7 @@ pub(crate) fn check_bit_element(checker: &mut Checker<'_>, at: CheckedElement<'_
 }
 
 /// Outputs of LDmicro 5 that do something else than the element means here.
-fn note_other_outputs(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
+fn note_other_outputs(checker: &mut Checker<'_>, at: ProgramElement<'_>, what: &str) {
     let cause = format!("LDmicro 5 itself does something else with {what}");
     checker.report(Severity::Note, codes::OUTPUTS_DIFFER, at, &cause, "nothing to do; compare with its other outputs");
 }

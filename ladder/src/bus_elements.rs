@@ -1,11 +1,11 @@
 //! SPI, SPI_WR, I2C_RD and I2C_WR: model, reader, text and checks.
 
-use crate::check::{CheckedElement, Checker};
+use crate::check::Checker;
 use crate::codes;
 use crate::element_facts::ChipPart;
 use crate::element_reader::{read_destination, read_operand, read_operand_in_range};
 use crate::lexer::LdToken;
-use crate::model::{Element, LadderOperand};
+use crate::model::{Element, LadderOperand, ProgramElement};
 use crate::reader::{LdReader, message_text};
 use crate::write::operand_text;
 
@@ -84,7 +84,7 @@ const DEFAULT_HERTZ: u32 = 100_000;
 /// The rate of a bus of the program: the lowest that its elements name.
 #[must_use]
 pub fn bus_hertz(program: &crate::LadderProgram, part: ChipPart) -> u32 {
-    let rates = program.elements().filter_map(|(_, element, _)| match element {
+    let rates = program.elements().filter_map(|ProgramElement { element, .. }| match element {
         Element::BusTransfer(transfer) if transfer.op.part() == part && transfer.hertz > 0 => Some(transfer.hertz),
         _ => None,
     });
@@ -160,22 +160,21 @@ pub(crate) fn bus_element_text(transfer: &BusTransfer) -> String {
     format!("{} {name} {send} {recv} {mode} {device} {register} {first} {hertz}", op.keyword())
 }
 
-/// What the drawing shows: the upper and the lower line.
-pub(crate) fn bus_element_symbol(transfer: &BusTransfer) -> (String, String) {
+/// Formats the transfer for the lower line of the drawing; the upper line is the keyword.
+pub(crate) fn transfer_text(transfer: &BusTransfer) -> String {
     let BusTransfer { op, send, text, recv, device, register, .. } = transfer;
     let place = format!("{}.{}", operand_text(device), operand_text(register));
     let recv = recv.as_deref().unwrap_or("-");
-    let lower = match op {
+    match op {
         BusOp::I2cRead => format!("{recv} := {place}"),
         BusOp::I2cWrite => format!("{place} := {}", send.as_ref().map_or("-", operand_text)),
         BusOp::SpiText => text.clone(),
         BusOp::Spi => format!("{recv} := {}", send.as_ref().map_or("-", operand_text)),
-    };
-    (op.keyword().replace('_', " "), lower)
+    }
 }
 
 /// Checks the arguments that are the same in every supported element.
-pub(crate) fn check_bus_element(checker: &mut Checker<'_>, at: CheckedElement<'_>, transfer: &BusTransfer) {
+pub(crate) fn check_bus_element(checker: &mut Checker<'_>, at: ProgramElement<'_>, transfer: &BusTransfer) {
     let is = |operand: &LadderOperand, wanted: i64| matches!(operand, LadderOperand::Const { value, .. } if *value == wanted);
     let mut refuse = |cause: String, hint: &str| checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
     if transfer.mode != "Master" {

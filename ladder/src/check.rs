@@ -8,7 +8,8 @@ use crate::codes;
 use crate::flow_checks;
 use crate::integer_widths::{self, IntegerWidths};
 use crate::model::{
-    Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SegmentDisplay, TimerKind,
+    Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, ProgramElement, RungNode, SegmentDisplay,
+    TimerKind,
 };
 use crate::packages;
 use crate::peripheral_checks;
@@ -34,8 +35,8 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
         found.report_program(Severity::Error, codes::CYCLE_ZERO, cause, "choose a cycle, such as CYCLE=10000");
     }
     check_pins(&mut found);
-    for (id, element, pos) in program.elements() {
-        check_element(&mut found, CheckedElement { id, element, pos });
+    for at in program.elements() {
+        check_element(&mut found, at);
     }
     for (index, rung) in (0..).zip(&program.rungs) {
         let mut next = ElementId { rung: index, index: 0 };
@@ -47,14 +48,6 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
     register_checks::check_registers(&mut found);
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
-}
-
-#[derive(Clone, Copy)]
-/// An element under check, with its identity and its position in the file.
-pub(crate) struct CheckedElement<'a> {
-    pub id: ElementId,
-    pub element: &'a Element,
-    pub pos: Pos,
 }
 
 /// The program under check and the diagnostics found so far.
@@ -81,7 +74,7 @@ impl Checker<'_> {
     pub(crate) fn error(
         &mut self,
         code: &'static str,
-        at: CheckedElement<'_>,
+        at: ProgramElement<'_>,
         cause: impl AsRef<str>,
         hint: impl Into<String>,
     ) {
@@ -92,7 +85,7 @@ impl Checker<'_> {
     pub(crate) fn warning(
         &mut self,
         code: &'static str,
-        at: CheckedElement<'_>,
+        at: ProgramElement<'_>,
         cause: impl AsRef<str>,
         hint: impl Into<String>,
     ) {
@@ -104,7 +97,7 @@ impl Checker<'_> {
         &mut self,
         severity: Severity,
         code: &'static str,
-        at: CheckedElement<'_>,
+        at: ProgramElement<'_>,
         cause: &str,
         hint: impl Into<String>,
     ) {
@@ -133,7 +126,7 @@ fn check_pins(checker: &mut Checker<'_>) {
 const LEAVE_OUT: &str = "write 0 or leave it out, or choose the dialect ldmicro-5";
 
 /// Checks what one element alone shows.
-fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+fn check_element(checker: &mut Checker<'_>, at: ProgramElement<'_>) {
     let is_23 = checker.program.dialect == LadderDialect::Ldmicro23;
     if is_23 && at.element.facts().needs_ldmicro5 {
         let cause = "the element exists in LDmicro 5 only";
@@ -228,7 +221,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
 
 /// Refuses an argument whose value differs from the value that an omitted argument has; in ldmicro-5 the hint
 /// says what to write in its place.
-pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str, hint: &str) {
+pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: ProgramElement<'_>, what: &str, hint: &str) {
     let (cause, hint) = match checker.program.dialect {
         LadderDialect::Ldmicro23 => (format!("{what} has a meaning in LDmicro 5 only"), IN_LDMICRO5),
         LadderDialect::Ldmicro5 | LadderDialect::Iec => (format!("{what} has no meaning here"), hint),
@@ -240,7 +233,7 @@ pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedEleme
 const IN_LDMICRO5: &str = "leave the argument out, or read the program with --dialect ldmicro-5";
 
 /// Refuses an argument that has a meaning in dialect ldmicro-5 only, if the program has dialect 2.3.
-fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
+fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: ProgramElement<'_>, what: &str) {
     if checker.program.dialect == LadderDialect::Ldmicro23 {
         check_default_argument(checker, at, what, IN_LDMICRO5);
     }
@@ -248,7 +241,7 @@ fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what:
 
 fn check_timer(
     checker: &mut Checker<'_>,
-    at: CheckedElement<'_>,
+    at: ProgramElement<'_>,
     kind: TimerKind,
     name: &str,
     delay: &LadderOperand,
@@ -320,7 +313,7 @@ fn check_timer(
 
 fn check_counter(
     checker: &mut Checker<'_>,
-    at: CheckedElement<'_>,
+    at: ProgramElement<'_>,
     max: &LadderOperand,
     init: Option<&LadderOperand>,
     input: Option<char>,
@@ -351,7 +344,7 @@ fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: 
         match node {
             RungNode::Leaf(element, pos) => {
                 if !at_rail && element.facts().is_drawn_last() {
-                    let at = CheckedElement { id: *next, element, pos: *pos };
+                    let at = ProgramElement { id: *next, element, pos: *pos };
                     let cause = "something follows it before the right rail; it gives on the power that it gets";
                     let hint = "nothing to do if this is meant; LDmicro's editor draws it at the end of a rung only";
                     checker.report(Severity::Note, codes::NOT_LAST, at, cause, hint);

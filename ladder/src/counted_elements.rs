@@ -6,7 +6,7 @@ use crate::codes;
 use crate::element_keywords::ElementKeyword;
 use crate::element_reader::{join_positions, read_destination, read_operand};
 use crate::lexer::{self, LdLine, LdToken};
-use crate::model::Element;
+use crate::model::{CurvePoint, Element};
 use crate::reader::{LdReader, message_text};
 
 /// Maximum number of values of a look-up table, of points of a curve, and of characters of a string.
@@ -40,7 +40,7 @@ pub(crate) fn read_piecewise_linear(
     let wanted = r.read_u32(count, "the number of points", 0, MAX_VALUES).map(|n| 2 * n);
     let range = r.constant_range();
     let values = read_counted_values(r, row, count, wanted, values, "a coordinate", range);
-    let points = values?.chunks_exact(2).filter_map(|p| Some((*p.first()?, *p.get(1)?))).collect();
+    let points = values?.chunks_exact(2).filter_map(|p| Some(CurvePoint { x: *p.first()?, y: *p.get(1)? })).collect();
     Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
 }
 

@@ -376,7 +376,7 @@ impl Element {
             Element::PiecewiseLinear { dest, index, points } => row("PIECEWISE_LINEAR", Acts)
                 .writes(dest, Variable, Powered)
                 .operand(index)
-                .constants(points.iter().flat_map(|&(x, y)| [x, y])),
+                .constants(points.iter().flat_map(|point| [point.x, point.y])),
             Element::ReadAdc { name, refs: _ } => {
                 row("READ_ADC", Acts).writes(name, Adc, Powered).uses_part(ChipPart::Converter)
             }

@@ -157,8 +157,7 @@ pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
             in_brackets("[", &format!("QUAD {counter}"), &format!("{a} {b}"), "]")
         }
         Element::BusTransfer(transfer) => {
-            let (upper, lower) = bus_elements::bus_element_symbol(transfer);
-            in_brackets("{", &upper, &lower, "}")
+            in_brackets("{", &transfer.op.keyword().replace('_', " "), &bus_elements::transfer_text(transfer), "}")
         }
         Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
         Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::il::IlAction;
-use crate::model::{Element, FlowOp, LadderProgram};
+use crate::model::{Element, FlowOp, LadderProgram, ProgramElement};
 
 /// Maximum number of jumps back that one scan takes; a further one is not taken.
 ///
@@ -76,7 +76,7 @@ impl<'a> ProgramFlow<'a> {
             is_used: false,
         };
         let mut open: Option<(&str, u32)> = None;
-        for (id, element, _) in program.elements() {
+        for ProgramElement { id, element, .. } in program.elements() {
             flow.is_used |= changes_order(element);
             let Element::Flow { op, label } = element else { continue };
             match (op, open) {
@@ -89,7 +89,7 @@ impl<'a> ProgramFlow<'a> {
                 _ => {}
             }
         }
-        for (id, element, _) in program.elements().take(if flow.is_used { usize::MAX } else { 0 }) {
+        for ProgramElement { id, element, .. } in program.elements().take(if flow.is_used { usize::MAX } else { 0 }) {
             let around = flow.subprogram_around(id.rung).map(|sub| sub.name);
             *flow.sizes.entry(around).or_default() += 1;
             if let Element::Flow { op: FlowOp::Gosub, label } = element {

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use diag::Severity;
 
-use crate::check::{CheckedElement, Checker};
+use crate::check::Checker;
 use crate::codes;
 use crate::element_facts::PowerEffect;
 use crate::flow::{MAX_CALL_DEPTH, MAX_EXECUTED, MAX_JUMPS_BACK, ProgramFlow};
-use crate::model::{Element, ElementId, FlowOp, LadderProgram, RungNode};
+use crate::model::{Element, ElementId, FlowOp, LadderProgram, ProgramElement, RungNode};
 
 /// Reports names that lead nowhere, subprograms that are not well formed, and loops without an end.
 pub(crate) fn check_flow(checker: &mut Checker<'_>) {
@@ -19,15 +19,14 @@ pub(crate) fn check_flow(checker: &mut Checker<'_>) {
     }
     check_names(checker);
     check_subprogram_ends(checker);
-    for (id, element, pos) in program.elements() {
-        let at = CheckedElement { id, element, pos };
-        match element {
+    for at in program.elements() {
+        match at.element {
             Element::Flow { op: FlowOp::Goto, label } => check_goto(checker, at, &flow, label),
             Element::Flow { op: FlowOp::Gosub, label } if flow.subprogram(label).is_none() => {
                 let cause = format!("there is no SUBPROG {label} with an ENDSUB {label}");
                 checker.error(codes::NO_TARGET, at, cause, "add it, or correct the name");
             }
-            Element::Return if flow.subprogram_around(id.rung).is_none() => {
+            Element::Return if flow.subprogram_around(at.id.rung).is_none() => {
                 let cause =
                     "not in a subprogram: it ends the scan here and in the C of LDmicro 5, whose chips run away";
                 checker.warning(codes::RETURN_OUTSIDE, at, cause, "write GOTO with a number beyond the last rung");
@@ -43,13 +42,13 @@ pub(crate) fn check_flow(checker: &mut Checker<'_>) {
 fn check_names(checker: &mut Checker<'_>) {
     let program = checker.program;
     let mut first: HashMap<(bool, &str), ElementId> = HashMap::new();
-    for (id, element, pos) in program.elements() {
-        let Element::Flow { op: op @ (FlowOp::Label | FlowOp::Subprogram), label } = element else { continue };
+    for at in program.elements() {
+        let Element::Flow { op: op @ (FlowOp::Label | FlowOp::Subprogram), label } = at.element else { continue };
         if let Some(other) = first.get(&(*op == FlowOp::Label, label)) {
             let cause = format!("{label} has this name already ({other})");
-            checker.error(codes::LABEL_TWICE, CheckedElement { id, element, pos }, cause, "choose another name");
+            checker.error(codes::LABEL_TWICE, at, cause, "choose another name");
         } else {
-            first.insert((*op == FlowOp::Label, label), id);
+            first.insert((*op == FlowOp::Label, label), at.id);
         }
     }
 }
@@ -57,11 +56,12 @@ fn check_names(checker: &mut Checker<'_>) {
 /// Reports SUBPROG and ENDSUB that are not alone in their rungs, or do not pair.
 fn check_subprogram_ends(checker: &mut Checker<'_>) {
     let program = checker.program;
-    let mut open: Option<(CheckedElement<'_>, &str)> = None;
-    for (id, element, pos) in program.elements() {
-        let Element::Flow { op: op @ (FlowOp::Subprogram | FlowOp::EndSubprogram), label } = element else { continue };
-        let at = CheckedElement { id, element, pos };
-        let series = program.rungs.get(id.rung as usize).map_or(&[][..], |rung| &rung.series);
+    let mut open: Option<(ProgramElement<'_>, &str)> = None;
+    for at in program.elements() {
+        let Element::Flow { op: op @ (FlowOp::Subprogram | FlowOp::EndSubprogram), label } = at.element else {
+            continue;
+        };
+        let series = program.rungs.get(at.id.rung as usize).map_or(&[][..], |rung| &rung.series);
         if series.iter().filter(|node| !matches!(node, RungNode::Leaf(Element::Comment(_), _))).count() > 1 {
             checker.error(codes::SUBPROGRAM_ENDS, at, "it is not alone in its rung", "give it a rung of its own");
         }
@@ -88,7 +88,7 @@ fn check_subprogram_ends(checker: &mut Checker<'_>) {
     }
 }
 
-fn check_goto(checker: &mut Checker<'_>, at: CheckedElement<'_>, flow: &ProgramFlow<'_>, label: &str) {
+fn check_goto(checker: &mut Checker<'_>, at: ProgramElement<'_>, flow: &ProgramFlow<'_>, label: &str) {
     let Some(target) = flow.target(label) else {
         let cause = format!("there is no LABEL {label}");
         return checker.error(codes::NO_TARGET, at, cause, "add it, or correct the name");
@@ -117,9 +117,9 @@ fn check_goto(checker: &mut Checker<'_>, at: CheckedElement<'_>, flow: &ProgramF
         // Execution goes on after every other element.
         _ => false,
     };
-    let is_left = program
-        .elements()
-        .any(|(id, element, _)| (target..=at.id.rung).contains(&id.rung) && id < at.id && leaves(id, element));
+    let is_left = program.elements().any(|ProgramElement { id, element, .. }| {
+        (target..=at.id.rung).contains(&id.rung) && id < at.id && leaves(id, element)
+    });
     let cause = "the loop has no end: the jump back has no condition, and nothing leaves the loop before it";
     if !is_left {
         checker.error(codes::ENDLESS_LOOP, at, cause, "put a condition before it");
@@ -128,7 +128,7 @@ fn check_goto(checker: &mut Checker<'_>, at: CheckedElement<'_>, flow: &ProgramF
 
 /// True if nothing before the element in its rung can block it.
 fn is_unconditional(program: &LadderProgram, id: ElementId) -> bool {
-    let masters = program.elements().any(|(_, element, _)| matches!(element, Element::MasterRelay));
+    let masters = program.elements().any(|ProgramElement { element, .. }| matches!(element, Element::MasterRelay));
     let series = program.rungs.get(id.rung as usize).map_or(&[][..], |rung| &rung.series);
     let before = series.iter().take(id.index as usize);
     let passes = |node: &RungNode| match node {
@@ -144,10 +144,9 @@ fn is_unconditional(program: &LadderProgram, id: ElementId) -> bool {
 fn check_calls(checker: &mut Checker<'_>, flow: &ProgramFlow<'_>) {
     let program = checker.program;
     let (depths, mut is_sound) = (flow.call_depths(), true);
-    let calls = || program.elements().filter(|(_, e, _)| matches!(e, Element::Flow { op: FlowOp::Gosub, .. }));
-    for (id, element, pos) in calls() {
-        let at = CheckedElement { id, element, pos };
-        let Element::Flow { label, .. } = element else { continue };
+    let calls = || program.elements().filter(|at| matches!(at.element, Element::Flow { op: FlowOp::Gosub, .. }));
+    for at in calls() {
+        let Element::Flow { label, .. } = at.element else { continue };
         let depth = depths.get(label.as_str()).copied().unwrap_or(0);
         if depth > flow.subprograms.len() {
             let cause = format!("the subprogram {label} calls itself, or calls one that does");
@@ -158,10 +157,9 @@ fn check_calls(checker: &mut Checker<'_>, flow: &ProgramFlow<'_>) {
         }
         is_sound &= depth <= MAX_CALL_DEPTH.min(flow.subprograms.len());
     }
-    if let Some((id, element, pos)) = calls().next().filter(|_| is_sound && flow.executed_elements() > MAX_EXECUTED) {
+    if let Some(at) = calls().next().filter(|_| is_sound && flow.executed_elements() > MAX_EXECUTED) {
         let cause =
             format!("with all calls a scan executes {} elements, at most {MAX_EXECUTED}", flow.executed_elements());
-        let at = CheckedElement { id, element, pos };
         checker.error(codes::RECURSION, at, cause, "let subprograms that call others be called less often");
     }
 }

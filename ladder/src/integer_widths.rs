@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::model::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat};
+use crate::model::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, ProgramElement};
 use crate::pulse_elements::stepper_counters;
 use crate::registers::PortRegister;
 
@@ -27,7 +27,7 @@ impl<'a> IntegerWidths<'a> {
         }
         known.extend(program.vars.iter().flatten().map(|v| (v.name.as_str(), v.bytes)));
         // Constants decide over VAR LIST, and of several elements of one name the last in text order decides.
-        for (_, element, _) in program.elements() {
+        for ProgramElement { element, .. } in program.elements() {
             if let Element::Stepper { name, max, period, .. } = element {
                 for (counter, operand) in stepper_counters(name).into_iter().zip([max, period]) {
                     let bytes = match operand {

@@ -12,7 +12,9 @@ use crate::element_facts::ChipPart;
 use crate::il::{IecVariable, IlStep};
 pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
-pub use crate::program_parts::{IoEntry, LadderDialect, LdFormat, ProgramSettings, SourceStyle, VarEntry};
+pub use crate::program_parts::{
+    IoEntry, LadderDialect, LdFormat, ProgramElement, ProgramSettings, SourceStyle, VarEntry,
+};
 pub use crate::segments::SegmentDisplay;
 pub use crate::symbol_kinds::{LadderSymbol, SymbolKind};
 
@@ -324,8 +326,8 @@ pub enum Element {
         dest: String,
         /// Position on the x axis.
         index: LadderOperand,
-        /// Points (x, y); x is strictly increasing.
-        points: Vec<(i64, i64)>,
+        /// Points of the curve; x is strictly increasing.
+        points: Vec<CurvePoint>,
     },
     /// `READ_ADC name [refs]`.
     ReadAdc {
@@ -453,27 +455,41 @@ impl LadderProgram {
     /// True if an element of the program uses this part of the chip.
     #[must_use]
     pub fn uses_part(&self, part: ChipPart) -> bool {
-        self.elements().any(|(_, element, _)| element.facts().part == Some(part))
+        self.elements().any(|at| at.element.facts().part == Some(part))
     }
 
-    /// Iterates over all elements with their identity and position, in text order, comments included.
-    pub fn elements(&self) -> impl Iterator<Item = (ElementId, &Element, Pos)> {
+    /// Iterates over all elements in text order, comments included.
+    pub fn elements(&self) -> impl Iterator<Item = ProgramElement<'_>> {
         self.rungs.iter().enumerate().flat_map(|(r, rung)| {
             let mut leaves = Vec::new();
-            collect_elements(&rung.series, &mut leaves);
+            collect_elements(&rung.series, r as u32, &mut leaves);
             leaves
-                .into_iter()
-                .enumerate()
-                .map(move |(i, (element, pos))| (ElementId { rung: r as u32, index: i as u32 }, element, pos))
         })
+    }
+
+    /// Returns the element with an identity.
+    #[must_use]
+    pub fn find_element(&self, id: ElementId) -> Option<ProgramElement<'_>> {
+        self.elements().find(|at| at.id == id)
     }
 }
 
-fn collect_elements<'a>(series: &'a [RungNode], out: &mut Vec<(&'a Element, Pos)>) {
+/// A point of a piecewise linear curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CurvePoint {
+    /// Value of the index.
+    pub x: i64,
+    /// Value of the destination.
+    pub y: i64,
+}
+
+fn collect_elements<'a>(series: &'a [RungNode], rung: u32, out: &mut Vec<ProgramElement<'a>>) {
     for node in series {
         match node {
-            RungNode::Leaf(element, pos) => out.push((element, *pos)),
-            RungNode::Parallel(branches, _) => branches.iter().for_each(|branch| collect_elements(branch, out)),
+            RungNode::Leaf(element, pos) => {
+                out.push(ProgramElement { id: ElementId { rung, index: out.len() as u32 }, element, pos: *pos });
+            }
+            RungNode::Parallel(branches, _) => branches.iter().for_each(|branch| collect_elements(branch, rung, out)),
         }
     }
 }

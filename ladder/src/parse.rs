@@ -6,7 +6,7 @@ use diag::{Diagnostic, Pos, Severity, nearest};
 use crate::codes;
 use crate::element_reader::read_element;
 use crate::lexer::{self, LdLine};
-use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode, SourceStyle};
+use crate::model::{LadderDialect, LadderProgram, LdFormat, ProgramElement, Rung, RungNode, SourceStyle};
 use crate::program_head::{self, ProgramHead};
 use crate::reader::{LdReader, message_text};
 use crate::write::{element_text, write};
@@ -117,7 +117,7 @@ fn parse_as_ldmicro5(file: &str, text: &str, encoding: TextEncoding, marked: boo
     lexer::split_lines(text).next().filter(|line| read_header(line.text) == Some((LdFormat::V01, None)))?;
     let newer = ParseOptions { dialect: Some(LadderDialect::Ldmicro5) };
     let mut parsed = parse_text(file, text, encoding, marked, newer).ok()?;
-    let (id, element, pos) = parsed.program.elements().find(|(_, element, _)| element.only_ldmicro5_writes())?;
+    let ProgramElement { id, element, pos } = parsed.program.elements().find(|at| at.element.only_ldmicro5_writes())?;
     let cause =
         format!("{id} ({}) is of LDmicro 5, so the program has its meanings", message_text(&element_text(element)));
     let hint = "--dialect ldmicro-5 says the same, --dialect ldmicro-2.3 refuses it";

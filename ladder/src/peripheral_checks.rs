@@ -2,11 +2,11 @@
 
 use diag::Severity;
 
-use crate::check::{CheckedElement, Checker, check_default_argument};
+use crate::check::{Checker, check_default_argument};
 use crate::codes;
 use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
-use crate::model::{Element, LadderDialect, LadderOperand};
+use crate::model::{CurvePoint, Element, LadderDialect, LadderOperand, ProgramElement};
 
 /// Half a second in microseconds: half a pulse at 1 Hz.
 const HALF_SECOND_US: u64 = 500_000;
@@ -19,7 +19,7 @@ pub fn is_percent_resolution(resolution: &str) -> bool {
 }
 
 /// Runs the checks that need one of these elements and no other.
-pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: ProgramElement<'_>) {
     match at.element {
         Element::LookUpTable { dest, index: LadderOperand::Var(index), .. } if dest == index => {
             check_alias(checker, at, dest)
@@ -84,12 +84,12 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
 }
 
 /// Checks the reference of a conversion: REFS of an AVR, the same in all READ_ADC of a name.
-fn check_reference(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, refs: u32) {
+fn check_reference(checker: &mut Checker<'_>, at: ProgramElement<'_>, name: &str, refs: u32) {
     if refs > 3 || checker.program.dialect == LadderDialect::Ldmicro23 {
         let hint = "write 0 for the supply (AVCC, VDD), or 1 (AVCC), 2 or 3 (internal) as REFS of the AVR";
         return check_default_argument(checker, at, "this reference selection", hint);
     }
-    let other = checker.program.elements().find_map(|(id, element, _)| match element {
+    let other = checker.program.elements().find_map(|ProgramElement { id, element, .. }| match element {
         Element::ReadAdc { name: of, refs: other } if of == name => {
             Some((id, other.unwrap_or(0))).filter(|(_, other)| *other != refs)
         }
@@ -104,13 +104,13 @@ fn check_reference(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str
 /// Checks that all SET_PWM agree, because the program has one PWM output.
 pub(crate) fn check_pwm(checker: &mut Checker<'_>) {
     let program = checker.program;
-    let mut all = program.elements().filter_map(|(id, element, pos)| match element {
+    let mut all = program.elements().filter_map(|at| match at.element {
         Element::SetPwm { hertz, output, .. } => {
             let hertz = match hertz {
                 LadderOperand::Const { value, .. } => Some(*value),
                 LadderOperand::Var(_) => None,
             };
-            Some((CheckedElement { id, element, pos }, hertz, output.as_ref().map(|o| o.0.as_str())))
+            Some((at, hertz, output.as_ref().map(|o| o.0.as_str())))
         }
         _ => None,
     });
@@ -131,27 +131,27 @@ pub(crate) fn check_pwm(checker: &mut Checker<'_>) {
     }
 }
 
-fn check_alias(checker: &mut Checker<'_>, at: CheckedElement<'_>, dest: &str) {
+fn check_alias(checker: &mut Checker<'_>, at: ProgramElement<'_>, dest: &str) {
     let cause = format!("{dest} is both index and result; LDmicro's own compilers get this wrong");
     checker.warning(codes::TABLE_ALIAS, at, cause, "use another variable for the result");
 }
 
 fn check_curve(
     checker: &mut Checker<'_>,
-    at: CheckedElement<'_>,
+    at: ProgramElement<'_>,
     dest: &str,
     index: &LadderOperand,
-    points: &[(i64, i64)],
+    points: &[CurvePoint],
 ) {
     if points.len() < 2 {
         let cause = format!("{} point(s) make no segment", points.len());
         return checker.error(codes::CURVE, at, cause, "give at least two points");
     }
-    let constants = points.iter().flat_map(|(x, y)| [*x, *y]).map(|v| min_bytes(v.into())).max().unwrap_or(0);
+    let constants = points.iter().flat_map(|point| [point.x, point.y]).map(|v| min_bytes(v.into())).max().unwrap_or(0);
     let wide = constants.max(checker.widths.bytes_of_symbol(dest)).max(checker.widths.bytes_of_operand(index)) > 2;
     let limit = max_value(if wide { 4 } else { 2 });
     for pair in points.windows(2) {
-        let [(x, y), (next_x, next_y)] = pair else { continue };
+        let [CurvePoint { x, y }, CurvePoint { x: next_x, y: next_y }] = pair else { continue };
         if x >= next_x {
             let cause = format!("x = {next_x} follows x = {x}, but x must rise");
             checker.error(codes::NOT_RISING, at, cause, "sort the points by x, each x once");
@@ -165,7 +165,7 @@ fn check_curve(
     }
 }
 
-fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&str>, text: &str, quoted: bool) {
+fn check_string(checker: &mut Checker<'_>, at: ProgramElement<'_>, var: Option<&str>, text: &str, quoted: bool) {
     if let Some(code) = text.chars().map(u32::from).find(|c| *c < 32 && !quoted) {
         let cause = format!("the character code {code} is read as X");
         checker.warning(codes::STRING_CODE, at, cause, "write a backslash escape, such as 92 110 for a new line");
@@ -198,7 +198,7 @@ fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&
 }
 
 /// Checks how many bytes UART_SEND or UART_RECV transfers, and whether it waits.
-fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, (bytes, wait): (u32, u32)) {
+fn check_transfer(checker: &mut Checker<'_>, at: ProgramElement<'_>, name: &str, (bytes, wait): (u32, u32)) {
     if checker.program.dialect == LadderDialect::Ldmicro23 {
         if (bytes, wait) != (1, 0) {
             check_default_argument(checker, at, "another choice than one byte without waiting", "");
@@ -223,7 +223,7 @@ fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str,
 }
 
 /// Checks that scans can make the pulses of NPULSE, whose halves take whole scans.
-fn check_pulse_frequency(checker: &mut Checker<'_>, at: CheckedElement<'_>, hertz: &LadderOperand) {
+fn check_pulse_frequency(checker: &mut Checker<'_>, at: ProgramElement<'_>, hertz: &LadderOperand) {
     let LadderOperand::Const { value: hertz @ 1.., .. } = hertz else {
         let cause = "the frequency must be a constant of at least 1 Hz";
         return checker.error(codes::PULSE_FREQUENCY, at, cause, "write a number, such as NPULSE n 10 Ypulse");
@@ -241,12 +241,12 @@ fn check_pulse_frequency(checker: &mut Checker<'_>, at: CheckedElement<'_>, hert
     note_outputs(checker, at, "NPULSE: its PIC and C code refuse it, its AVR code uses a timer of its own");
 }
 
-fn note_outputs(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
+fn note_outputs(checker: &mut Checker<'_>, at: ProgramElement<'_>, what: &str) {
     let cause = format!("LDmicro 5 itself disagrees about {what}");
     checker.report(Severity::Note, codes::OUTPUTS_DIFFER, at, &cause, "nothing to do if this is meant");
 }
 
-fn check_baud(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+fn check_baud(checker: &mut Checker<'_>, at: ProgramElement<'_>) {
     if checker.program.settings.baud.is_none_or(|baud| baud == 0) {
         let cause = "the serial line has no rate, since BAUD= is missing or 0";
         checker.error(codes::NO_BAUD, at, cause, "write the rate above the lists, such as BAUD=2400");

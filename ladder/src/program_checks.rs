@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use diag::Severity;
 
-use crate::check::{CheckedElement, Checker};
+use crate::check::Checker;
 use crate::codes;
-use crate::model::{CounterKind, Element, ElementId, SymbolKind};
+use crate::model::{CounterKind, Element, ElementId, ProgramElement, SymbolKind};
 
 /// Reports doubly driven coils, contacts that no coil drives, shared accumulators, and RES of other symbols.
 pub(crate) fn check_names(checker: &mut Checker<'_>) {
@@ -16,11 +16,10 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
     let mut owners: BTreeMap<String, (ElementId, &Element)> = BTreeMap::new();
     let mut contacts: BTreeSet<&str> = BTreeSet::new();
     let driven: BTreeSet<String> =
-        program.elements().flat_map(|(_, e, _)| e.facts().written().map(str::to_owned).collect::<Vec<_>>()).collect();
-    let counted: BTreeSet<String> = program.elements().filter_map(|(_, e, _)| accumulator(e)).collect();
-    for (id, element, pos) in program.elements() {
-        let at = CheckedElement { id, element, pos };
-        match element {
+        program.elements().flat_map(|at| at.element.facts().written().map(str::to_owned).collect::<Vec<_>>()).collect();
+    let counted: BTreeSet<String> = program.elements().filter_map(|at| accumulator(at.element)).collect();
+    for at in program.elements() {
+        match at.element {
             Element::Coil { name, set, reset, .. } => {
                 let latch = *set || *reset;
                 if let Some((first, all_latch)) = coils.get_mut(name.as_str()) {
@@ -35,7 +34,7 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
                     }
                     *all_latch &= latch;
                 } else {
-                    coils.insert(name, (id, latch));
+                    coils.insert(name, (at.id, latch));
                 }
             }
             // `insert` returns false for a name that was reported before, so each name gives one warning.
@@ -53,10 +52,10 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
             // The other checks use the table of element facts.
             _ => {}
         }
-        if let Some(name) = accumulator(element) {
+        if let Some(name) = accumulator(at.element) {
             match owners.get(&name) {
                 Some((first, other)) => report_shared_accumulator(checker, at, &name, *first, other),
-                None => drop(owners.insert(name, (id, element))),
+                None => drop(owners.insert(name, (at.id, at.element))),
             }
         }
     }
@@ -71,7 +70,7 @@ fn accumulator(element: &Element) -> Option<String> {
 
 fn report_shared_accumulator(
     checker: &mut Checker<'_>,
-    at: CheckedElement<'_>,
+    at: ProgramElement<'_>,
     name: &str,
     first: ElementId,
     other: &Element,

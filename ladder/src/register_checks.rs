@@ -2,9 +2,9 @@
 
 use diag::Severity;
 
-use crate::check::{CheckedElement, Checker};
+use crate::check::Checker;
 use crate::codes;
-use crate::model::{Element, LadderDialect, LadderOperand};
+use crate::model::{Element, LadderDialect, LadderOperand, ProgramElement};
 use crate::registers::{self, PortRegister, RegisterFamily, RegisterKind, SharedPin};
 
 /// Runs the checks of all elements that name a register.
@@ -17,8 +17,8 @@ pub(crate) fn check_registers(checker: &mut Checker<'_>) {
     let (shared, micro) = (registers::shared_pins(program), program.settings.micro.as_deref());
     // What was said of a register is not repeated.
     let mut said = Vec::new();
-    for (id, element, pos) in program.elements() {
-        let at = CheckedElement { id, element, pos };
+    for ProgramElement { id, element, pos } in program.elements() {
+        let at = ProgramElement { id, element, pos };
         let facts = element.facts();
         for symbol in &facts.symbols {
             let Some(register) = PortRegister::from_name(&symbol.name) else { continue };
@@ -42,7 +42,7 @@ pub(crate) fn check_registers(checker: &mut Checker<'_>) {
 }
 
 /// A register of inputs is not written, and a direction must have a meaning.
-fn check_write(checker: &mut Checker<'_>, at: CheckedElement<'_>, register: PortRegister, said: &mut [PortRegister]) {
+fn check_write(checker: &mut Checker<'_>, at: ProgramElement<'_>, register: PortRegister, said: &mut [PortRegister]) {
     let name = register.name();
     if register.kind == RegisterKind::Level {
         let cause = format!("{name} is the levels of the pins, which the program cannot write");
@@ -73,7 +73,7 @@ fn check_write(checker: &mut Checker<'_>, at: CheckedElement<'_>, register: Port
 /// whether the program names its direction.
 fn check_effect(
     checker: &mut Checker<'_>,
-    at: CheckedElement<'_>,
+    at: ProgramElement<'_>,
     register: PortRegister,
     (inputs, outputs, directed): (bool, bool, bool),
 ) {
@@ -103,7 +103,7 @@ fn check_effect(
 }
 
 /// A coil cannot be an output at a pin that another symbol has: two symbols at one shared pin are refused.
-fn check_shared_coil(checker: &mut Checker<'_>, at: CheckedElement<'_>, shared: &[SharedPin]) {
+fn check_shared_coil(checker: &mut Checker<'_>, at: ProgramElement<'_>, shared: &[SharedPin]) {
     let Element::Coil { name, .. } = at.element else { return };
     let program = checker.program;
     let own = |name: &str| program.io.iter().find(|entry| entry.name == name && entry.pin != 0).map(|entry| entry.pin);

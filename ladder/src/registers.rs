@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::model::{LadderProgram, SymbolKind};
+use crate::model::{LadderProgram, ProgramElement, SymbolKind};
 use crate::packages;
 
 /// Which of the registers of a port.
@@ -124,7 +124,7 @@ pub(crate) fn has_port(micro: &str, port: char) -> bool {
 #[must_use]
 pub fn port_registers(program: &LadderProgram) -> BTreeSet<PortRegister> {
     let mut found = BTreeSet::new();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         found.extend(element.facts().symbols.iter().filter_map(|symbol| PortRegister::from_name(&symbol.name)));
     }
     found

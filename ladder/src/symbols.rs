@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::integer_widths::IntegerWidths;
-use crate::model::{Element, LadderDialect, LadderProgram, LadderSymbol, SymbolKind};
+use crate::model::{Element, LadderDialect, LadderProgram, LadderSymbol, ProgramElement, SymbolKind};
 
 /// Collects the symbols of a program, as [`LadderProgram::symbols`] describes.
 pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
@@ -11,7 +11,7 @@ pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
         return declared_symbols(program);
     }
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         for_each_symbol_use(element, &mut |name, kind| {
             let slot = found.entry(name.to_owned()).or_insert(kind);
             // A use as a plain variable does not override that the name is an accumulator or an analog input.

@@ -207,7 +207,7 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         }
         Element::PiecewiseLinear { dest, index, points } => {
             write!(out, "PIECEWISE_LINEAR {dest} {} {}", operand_text(index), points.len())?;
-            points.iter().try_for_each(|(x, y)| write!(out, " {x} {y}"))
+            points.iter().try_for_each(|point| write!(out, " {} {}", point.x, point.y))
         }
         Element::ReadAdc { name, refs } => {
             write!(out, "READ_ADC {name}")?;

@@ -70,8 +70,19 @@ pub struct ScenarioPlayer {
     verdict: Option<ScenarioVerdict>,
 }
 
-/// Why a scenario ends early: outcome, step, and reason.
-type PlayEnd = (ScenarioOutcome, usize, String);
+/// Why a scenario ends early.
+struct PlayEnd {
+    outcome: ScenarioOutcome,
+    /// Index of the step.
+    step: usize,
+    why: String,
+}
+
+impl PlayEnd {
+    fn failed(step: usize, why: impl Into<String>) -> PlayEnd {
+        PlayEnd { outcome: ScenarioOutcome::Failed, step, why: why.into() }
+    }
+}
 
 impl ScenarioPlayer {
     /// A player at the first step.
@@ -127,7 +138,7 @@ impl ScenarioPlayer {
         let (outcome, step, why) = match self.advance(world) {
             Ok(Some(next)) => return PlayerState::WakeAt(next),
             Ok(None) => (ScenarioOutcome::Passed, None, String::new()),
-            Err((outcome, step, why)) => (outcome, Some(step), why),
+            Err(PlayEnd { outcome, step, why }) => (outcome, Some(step), why),
         };
         PlayerState::Done(self.finish(world, outcome, step, why))
     }
@@ -183,11 +194,7 @@ impl ScenarioPlayer {
             busy += 1;
             let step = self.bound.lines.get(self.line).map_or(0, |line| line.step);
             if busy > MAX_OPS_PER_POLL {
-                return Err((
-                    ScenarioOutcome::Failed,
-                    step,
-                    "steps are repeated without any time between them".to_owned(),
-                ));
+                return Err(PlayEnd::failed(step, "steps are repeated without any time between them"));
             }
             let task = self.next_task(now);
             let script = if waits { None } else { self.next_due(step)? };
@@ -231,7 +238,7 @@ impl ScenarioPlayer {
         if now >= self.bound.limit {
             let line = self.bound.lines.get(self.line).or(self.bound.lines.last());
             let step = line.map_or(0, |line| line.step);
-            return Err((ScenarioOutcome::NoResult, step, self.waiting_text(world)));
+            return Err(PlayEnd { outcome: ScenarioOutcome::NoResult, step, why: self.waiting_text(world) });
         }
         Ok(Some(next.min(self.bound.limit).max(now + 1)))
     }
@@ -260,11 +267,7 @@ impl ScenarioPlayer {
             Some(PlayOp::At(ticks)) => {
                 let due = base.saturating_add(*ticks);
                 if due < self.time {
-                    return Err((
-                        ScenarioOutcome::Failed,
-                        step,
-                        "its time had already passed when it started,".to_owned(),
-                    ));
+                    return Err(PlayEnd::failed(step, "its time had already passed when it started,"));
                 }
                 Some((due, true))
             }
@@ -302,8 +305,7 @@ impl ScenarioPlayer {
                 let missing = checks.iter().find(|check| !check.is_met(world.read_output(check.output)));
                 if let Some(check) = missing {
                     if within.is_some_and(|within| now >= due.saturating_add(within)) {
-                        return Err((
-                            ScenarioOutcome::Failed,
+                        return Err(PlayEnd::failed(
                             step,
                             format!("timed out waiting for {}", found_text(check, world)),
                         ));
@@ -319,8 +321,7 @@ impl ScenarioPlayer {
                         return Ok(false);
                     }
                     let got = if fresh.is_empty() { "nothing".to_owned() } else { quote_bytes(last_bytes(fresh)) };
-                    return Err((
-                        ScenarioOutcome::Failed,
+                    return Err(PlayEnd::failed(
                         step,
                         format!("expected {} to be sent, found {got}", quote_bytes(bytes)),
                     ));
@@ -333,14 +334,10 @@ impl ScenarioPlayer {
                 let (from, to) =
                     window.map_or((due, None), |(from, to)| (base.saturating_add(from), Some(base.saturating_add(to))));
                 if to.is_some_and(|to| to < now) {
-                    return Err((
-                        ScenarioOutcome::Failed,
-                        step,
-                        "its time had already passed when it started,".to_owned(),
-                    ));
+                    return Err(PlayEnd::failed(step, "its time had already passed when it started,"));
                 }
                 if self.guards.len() >= MAX_TASKS {
-                    return Err((ScenarioOutcome::Failed, step, too_many()));
+                    return Err(PlayEnd::failed(step, too_many()));
                 }
                 self.guards.push(ConditionGuard {
                     checks: checks.clone(),
@@ -382,7 +379,7 @@ impl ScenarioPlayer {
         due: u64,
         step: usize,
     ) -> Result<(), PlayEnd> {
-        let refused = |error: ScenarioError| (ScenarioOutcome::Failed, step, error.to_string());
+        let refused = |error: ScenarioError| PlayEnd::failed(step, error.to_string());
         self.last_action_tick = self.last_action_tick.max(due);
         match act {
             PlayAction::Write(puts) => self.write_inputs(puts, world, due, step)?,
@@ -403,7 +400,7 @@ impl ScenarioPlayer {
             PlayAction::Send(bytes) => world.send(bytes, due).map_err(refused)?,
             PlayAction::Check(checks) => {
                 if let Some(check) = checks.iter().find(|check| !check.is_met(world.read_output(check.output))) {
-                    return Err((ScenarioOutcome::Failed, step, format!("expected {}", found_text(check, world))));
+                    return Err(PlayEnd::failed(step, format!("expected {}", found_text(check, world))));
                 }
             }
             PlayAction::Log(pieces) => {
@@ -438,7 +435,7 @@ impl ScenarioPlayer {
             {
                 *slot = level;
             }
-            world.set_input(put.input.id, due).map_err(|error| (ScenarioOutcome::Failed, step, error.to_string()))?;
+            world.set_input(put.input.id, due).map_err(|error| PlayEnd::failed(step, error.to_string()))?;
         }
         Ok(())
     }
@@ -453,11 +450,7 @@ impl ScenarioPlayer {
             let missing = guard.checks.iter().find(|check| !check.is_met(world.read_output(check.output)));
             match (missing, guard.wanted) {
                 (Some(check), true) => {
-                    return Err((
-                        ScenarioOutcome::Failed,
-                        guard.step,
-                        format!("expected {}", found_text(check, world)),
-                    ));
+                    return Err(PlayEnd::failed(guard.step, format!("expected {}", found_text(check, world))));
                 }
                 (None, false) => {
                     let each: Vec<_> = guard
@@ -465,8 +458,7 @@ impl ScenarioPlayer {
                         .iter()
                         .map(|check| format!("{} = {}", check.name, world.read_output(check.output)))
                         .collect();
-                    return Err((
-                        ScenarioOutcome::Failed,
+                    return Err(PlayEnd::failed(
                         guard.step,
                         format!("found {}, which never should be,", each.join(", ")),
                     ));

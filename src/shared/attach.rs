@@ -16,6 +16,8 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::store::MemoryFile;
 use diag::nearest;
 
+use crate::shared::usage_error::UsageError;
+
 /// The default address of an I2C device: A0 to A2 tied low.
 const ADDRESS: u8 = 0x50;
 
@@ -70,64 +72,68 @@ pub struct AttachedDevice {
 }
 
 /// Parses `i2c:24c64@0x50,file=x.bin` or `spi:25q32,cs=PB2`.
-pub fn parse_attach(text: &str) -> Result<AttachedDevice, String> {
-    let wanted = || "write i2c:24c64@0x50,file=data.bin or spi:25q32,cs=PB2,file=data.bin".to_owned();
+pub fn parse_attach(text: &str) -> Result<AttachedDevice, UsageError> {
+    let expected = "write i2c:24c64@0x50,file=data.bin or spi:25q32,cs=PB2,file=data.bin";
     let (head, rest) = text.split_once(',').unwrap_or((text, ""));
-    let (bus, device) = head.split_once(':').ok_or_else(wanted)?;
+    let (bus, device) = head.split_once(':').ok_or_else(|| UsageError::malformed(expected))?;
     let (bus, device) = match bus {
         "i2c" | "twi" => (AttachBus::I2c, parse_i2c(device)?),
         "spi" => (AttachBus::Spi, parse_spi(device)?),
-        _ => return Err(format!("there is no bus `{bus}`; {}", wanted())),
+        _ => {
+            return Err(UsageError::UnknownName {
+                kind: "bus ",
+                name: bus.to_owned(),
+                expected: format!("; {expected}"),
+            });
+        }
     };
     let mut attached = AttachedDevice { text: text.to_owned(), bus, device, file: None, pins: Vec::new() };
     for setting in rest.split(',').filter(|setting| !setting.is_empty()) {
-        let (key, value) = setting.split_once('=').ok_or_else(|| format!("`{setting}` has no value; {}", wanted()))?;
+        let pair = setting.split_once('=');
+        let (key, value) = pair.ok_or_else(|| UsageError::NoValue { setting: setting.to_owned(), expected })?;
         let wire = bus.wires().iter().position(|wire| *wire == key && !key.is_empty());
         let twice = match wire {
             Some(wire) => attached.pins.iter().any(|pin| pin.0 == wire),
             None => key == "file" && attached.file.is_some(),
         };
         match (key, wire) {
-            _ if twice => return Err(format!("`{key}` is given twice")),
+            _ if twice => return Err(UsageError::GivenTwice { key: key.to_owned() }),
             (_, Some(wire)) => attached.pins.push((wire, value.to_owned())),
-            ("file", None) if value.is_empty() => return Err("file= needs the name of a file".to_owned()),
+            ("file", None) if value.is_empty() => return Err(UsageError::malformed("file= needs the name of a file")),
             ("file", None) => attached.file = Some(value.to_owned()),
             _ => {
                 let keys: Vec<&str> = bus.wires().iter().copied().filter(|wire| !wire.is_empty()).collect();
-                return Err(format!("there is no `{key}` here; there are file, {}", keys.join(", ")));
+                let expected = format!(" here; there are file, {}", keys.join(", "));
+                return Err(UsageError::UnknownName { kind: "", name: key.to_owned(), expected });
             }
         }
     }
     Ok(attached)
 }
 
-fn unknown_device_message(name: &str, names: Vec<&'static str>) -> String {
-    match nearest(&name.to_ascii_lowercase(), names.iter().copied()) {
-        Some(near) => format!("there is no model of `{name}`; did you mean `{near}`?"),
-        None => format!("there is no model of `{name}`; there are {}", names.join(", ")),
-    }
+fn unknown_device(name: &str, names: Vec<&'static str>) -> UsageError {
+    let expected = match nearest(&name.to_ascii_lowercase(), names.iter().copied()) {
+        Some(near) => format!("; did you mean `{near}`?"),
+        None => format!("; there are {}", names.join(", ")),
+    };
+    UsageError::UnknownName { kind: "model of ", name: name.to_owned(), expected }
 }
 
-fn parse_i2c(text: &str) -> Result<ExternalDevice, String> {
+fn parse_i2c(text: &str) -> Result<ExternalDevice, UsageError> {
     let (name, address) = text.split_once('@').map_or((text, None), |(name, address)| (name, Some(address)));
-    let mut eeprom = Eeprom24::new(name).ok_or_else(|| unknown_device_message(name, Eeprom24::names().collect()))?;
+    let mut eeprom = Eeprom24::new(name).ok_or_else(|| unknown_device(name, Eeprom24::names().collect()))?;
     let typed = address.unwrap_or("0x50");
     let address = address
         .map_or(Some(u32::from(ADDRESS)), address_names::parse_number)
         .and_then(|value| u8::try_from(value).ok());
     match address {
         Some(address) if eeprom.tie_address(address) => Ok(ExternalDevice::Eeprom(eeprom)),
-        _ => Err(format!(
-            "{name} cannot have the address `{typed}`: it is of seven bits, 0x50 to 0x57, without the bits that are part of the address in \
-             the memory"
-        )),
+        _ => Err(UsageError::DeviceAddress { device: name.to_owned(), address: typed.to_owned() }),
     }
 }
 
-fn parse_spi(name: &str) -> Result<ExternalDevice, String> {
-    Flash25::new(name)
-        .map(ExternalDevice::Flash)
-        .ok_or_else(|| unknown_device_message(name, Flash25::names().collect()))
+fn parse_spi(name: &str) -> Result<ExternalDevice, UsageError> {
+    Flash25::new(name).map(ExternalDevice::Flash).ok_or_else(|| unknown_device(name, Flash25::names().collect()))
 }
 
 /// Attached devices, and the files of those that have one. Files refer to devices by index.

@@ -11,6 +11,7 @@ use emu_debug::address_names;
 
 use crate::shared::fail::VerbFailure;
 use crate::shared::output;
+use crate::shared::usage_error::UsageError;
 
 /// Names of the fuse bytes, in order: first the name in data sheets, then the name in avr-libc and avrdude.
 const FUSES: [[&str; 2]; 3] = [["low", "lfuse"], ["high", "hfuse"], ["extended", "efuse"]];
@@ -43,22 +44,23 @@ pub struct AvrFlags {
 #[derive(Debug, Clone, Copy)]
 struct FuseByte(usize, u8);
 
-fn parse_fuse(text: &str) -> Result<FuseByte, String> {
+fn parse_fuse(text: &str) -> Result<FuseByte, UsageError> {
     let Some((name, value)) = text.split_once('=') else {
         return Err(match parse_byte("a fuse byte is", text) {
-            Ok(value) => {
-                format!("which fuse byte is it? low=0x{value:02X}, high=0x{value:02X} or extended=0x{value:02X}")
-            }
-            Err(_) => "write low=0x62, high=0xD9 or extended=0xFF, several with commas between".to_owned(),
+            Ok(value) => UsageError::UnnamedFuse { value },
+            Err(_) => UsageError::malformed("write low=0x62, high=0xD9 or extended=0xFF, several with commas between"),
         });
     };
     let known = |names: &[&str; 2]| names.iter().any(|known| known.eq_ignore_ascii_case(name.trim()));
     let at = FUSES.iter().position(known);
-    let at = at.ok_or_else(|| format!("there is no fuse byte `{name}`; they are low, high and extended"))?;
+    let at = at.ok_or_else(|| {
+        let expected = "; they are low, high and extended".to_owned();
+        UsageError::UnknownName { kind: "fuse byte ", name: name.to_owned(), expected }
+    })?;
     Ok(FuseByte(at, parse_byte("a fuse byte is", value)?))
 }
 
-fn parse_byte(what: &str, text: &str) -> Result<u8, String> {
+fn parse_byte(what: &str, text: &str) -> Result<u8, UsageError> {
     // Fuse bytes are always written in hexadecimal, so digits without a prefix are not read as a decimal
     // number.
     let digits = text.trim().trim_end_matches(['h', 'H']);
@@ -72,10 +74,10 @@ fn parse_byte(what: &str, text: &str) -> Result<u8, String> {
             _ => {}
         }
         let meant = if meant.is_empty() { String::new() } else { format!(": {}", meant.join(", or ")) };
-        return Err(format!("{what} 0x00 to 0xFF, written with 0x in front{meant}"));
+        return Err(UsageError::malformed(format!("{what} 0x00 to 0xFF, written with 0x in front{meant}")));
     }
     let byte = address_names::parse_number(text.trim()).and_then(|byte| u8::try_from(byte).ok());
-    byte.ok_or_else(|| format!("{what} 0x00 to 0xFF"))
+    byte.ok_or_else(|| UsageError::malformed(format!("{what} 0x00 to 0xFF")))
 }
 
 /// The settings of an AVR, and what they mean for its clock.

@@ -14,7 +14,7 @@ use emu_pic16::chips::{self, Pic16Part};
 use crate::shared::chosen_chip::{NamedChip, chip_in_comment};
 use crate::shared::codes::OTHER_CHIP;
 use crate::shared::family;
-use crate::shared::image_origin::{base_name, by_signature, other_avr_diagnostic};
+use crate::shared::image_origin::{CauseAndHint, base_name, by_signature, other_avr_diagnostic};
 use crate::shared::input::ELF_MAGIC;
 use diag::distance;
 
@@ -47,11 +47,12 @@ pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Optio
     }
     let other_chip =
         |cause: String, hint: String| Some(Diagnostic::new(severity, OTHER_CHIP, file, Pos::default(), cause, hint));
-    if let Some((cause, hint)) = chip_in_comment(bytes).and_then(|named| other_name(&named, chip)) {
+    if let Some(CauseAndHint { cause, hint }) = chip_in_comment(bytes).and_then(|named| other_name(&named, chip)) {
         return other_chip(cause, hint);
     }
     let contents = HexContents::of(file, bytes)?;
-    if let Some((cause, hint)) = contents.signature().and_then(|signature| by_signature(signature, chip)) {
+    if let Some(CauseAndHint { cause, hint }) = contents.signature().and_then(|signature| by_signature(signature, chip))
+    {
         return other_chip(cause, hint);
     }
     let family = match contents.family(chip) {
@@ -77,18 +78,18 @@ pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Optio
 }
 
 /// Returns cause and hint if a comment names a chip other than `chip`.
-fn other_name(named: &NamedChip, chip: &Chip) -> Option<(String, String)> {
+fn other_name(named: &NamedChip, chip: &Chip) -> Option<CauseAndHint> {
     let (name, place) = (&named.name, &named.place);
     match named.chip {
         Some(row) if base_name(row.name) == base_name(chip.name) => None,
-        Some(row) => Some((
-            format!("this is a program for {name} ({place}), not for {}", chip.name),
-            format!("--mcu {}", row.name),
-        )),
-        None => Some((
-            format!("this is a program for {name} ({place}), for which emu has no model, not for {}", chip.name),
-            format!("compile it for {}", chip.name),
-        )),
+        Some(row) => Some(CauseAndHint {
+            cause: format!("this is a program for {name} ({place}), not for {}", chip.name),
+            hint: format!("--mcu {}", row.name),
+        }),
+        None => Some(CauseAndHint {
+            cause: format!("this is a program for {name} ({place}), for which emu has no model, not for {}", chip.name),
+            hint: format!("compile it for {}", chip.name),
+        }),
     }
 }
 

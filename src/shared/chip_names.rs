@@ -9,6 +9,8 @@ use emu_core::chip::Chip;
 use crate::shared::family::chips;
 use diag::{distance, nearest};
 
+use crate::shared::usage_error::UsageError;
+
 /// Common names of chips and boards, the nearest row, and what the two have in common.
 const ALIASES: &[(&str, &str, &str)] = &[
     ("mcs51", "8051", "the first of the family"),
@@ -79,7 +81,7 @@ pub fn find_chip(name: &str) -> Option<&'static Chip> {
 ///
 /// # Errors
 /// No chip has this name. The message suggests a chip or lists all of them.
-pub fn parse_chip(name: &str) -> Result<&'static Chip, String> {
+pub fn parse_chip(name: &str) -> Result<&'static Chip, UsageError> {
     let name = name.trim().to_ascii_lowercase();
     if let Some(chip) = find_chip(&name) {
         return Ok(chip);
@@ -88,18 +90,15 @@ pub fn parse_chip(name: &str) -> Result<&'static Chip, String> {
     let plain = name.split(['-', '/']).next().unwrap_or_default();
     let last = name.split_whitespace().next_back().unwrap_or_default();
     if let Some((_, chip, why)) = ALIASES.iter().find(|(alias, ..)| *alias == name || *alias == last) {
-        return Err(format!("no chip of this name; the nearest is `{chip}`: {why} (`emu chips` lists all)"));
+        return Err(UsageError::OtherChip { chip, why });
     }
     let whole = |&(short, long): &(&str, &str)| find_chip(&format!("{long}{}", plain.strip_prefix(short)?));
     let whole = PREFIXES.iter().find_map(whole).map(|chip| chip.name);
     // A name that differs by more than one letter is another chip, so it gives no suggestion.
     let near = || nearest(&name, chips().map(|chip| chip.name)).filter(|near| distance(&name, near) <= 1);
     match whole.or_else(near) {
-        Some(near) => Err(format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)")),
-        None => {
-            let names: Vec<&str> = chips().map(|chip| chip.name).collect();
-            Err(format!("no chip of this name; chips are {}", names.join(", ")))
-        }
+        Some(near) => Err(UsageError::MisspeltChip { near }),
+        None => Err(UsageError::UnknownChip { known: chips().map(|chip| chip.name).collect() }),
     }
 }
 
@@ -143,7 +142,7 @@ impl TypedValueParser for ChipChoiceParser {
         let parse = move |name: &str| match parse_chip(name) {
             _ if name.eq_ignore_ascii_case("all") => Ok(ChipChoice::All),
             Ok(chip) if compiled && ladder_compile::find_chip(chip.name).is_none() => {
-                Err(format!("there is no compiler for {}", chip.name))
+                Err(UsageError::malformed(format!("there is no compiler for {}", chip.name)))
             }
             found => found.map(ChipChoice::One),
         };
@@ -194,10 +193,10 @@ mod tests {
             ("uno", "atmega328p"),
             ("atmega382p", "atmega328p"),
         ] {
-            let message = parse_chip(name).expect_err(name);
+            let message = parse_chip(name).expect_err(name).to_string();
             assert!(message.contains(&format!("`{meant}`")), "{name}: {message}");
         }
         assert_eq!(parse_chip("ATmega328P").map(|chip| chip.name), Ok("atmega328p"));
-        assert!(parse_chip("z80").expect_err("unknown").contains("chips are atmega"));
+        assert!(parse_chip("z80").expect_err("unknown").to_string().contains("chips are atmega"));
     }
 }

@@ -5,6 +5,7 @@ use emu_core::chip::Chip;
 use ladder::{LadderDialect, Notation, ReadOptions};
 
 use crate::shared::family;
+use crate::shared::usage_error::UsageError;
 
 /// When messages have colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -91,11 +92,13 @@ fn parse_cycle(text: &str) -> Result<CycleTime, String> {
 }
 
 /// Parses the name of a dialect.
-pub fn parse_dialect(name: &str) -> Result<LadderDialect, String> {
+pub fn parse_dialect(name: &str) -> Result<LadderDialect, UsageError> {
     match name {
         "ldmicro-2.3" => Ok(LadderDialect::Ldmicro23),
         "ldmicro-5" => Ok(LadderDialect::Ldmicro5),
-        "iec" => Err("iec is the dialect of every program in Instruction List; give --format il".to_owned()),
-        _ => Err("dialects are ldmicro-2.3 and ldmicro-5".to_owned()),
+        "iec" => {
+            Err(UsageError::malformed("iec is the dialect of every program in Instruction List; give --format il"))
+        }
+        _ => Err(UsageError::malformed("dialects are ldmicro-2.3 and ldmicro-5")),
     }
 }

@@ -13,12 +13,20 @@ use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
 use crate::shared::report::MessageStyle;
 use crate::shared::scan_inputs::{ScanChange, SimInput};
+use crate::shared::usage_error::UsageError;
 
 /// Valid widths and heights of a picture.
 const SIZES: std::ops::RangeInclusive<u16> = 1..=screen::MAX_SCREEN_SIDE;
 
+/// A size of the screen.
+#[derive(Debug, Clone, Copy)]
+struct ScreenSize {
+    columns: u16,
+    lines: u16,
+}
+
 /// The default size of a picture.
-const DEFAULT_SIZE: (u16, u16) = (80, 24);
+const DEFAULT_SIZE: ScreenSize = ScreenSize { columns: 80, lines: 24 };
 
 /// Flags of the full-screen view.
 #[derive(Debug, Args)]
@@ -46,7 +54,7 @@ pub struct ScriptedKeys {
     keys: Option<std::vec::Vec<ScriptStep>>,
     /// With --keys: width and height of the picture, in columns and lines.
     #[arg(long, requires = "keys", value_name = "WxH", value_parser = parse_size)]
-    size: Option<(u16, u16)>,
+    size: Option<ScreenSize>,
 }
 
 impl ScriptedKeys {
@@ -63,15 +71,18 @@ impl WatchArgs {
     }
 }
 
-fn parse_speed(text: &str) -> Result<f64, String> {
+fn parse_speed(text: &str) -> Result<f64, UsageError> {
     let speed = text.parse().ok().filter(|speed| SPEEDS.contains(speed));
-    speed.ok_or_else(|| format!("a number from {} to {}", SPEEDS.start(), SPEEDS.end()))
+    speed.ok_or_else(|| UsageError::malformed(format!("a number from {} to {}", SPEEDS.start(), SPEEDS.end())))
 }
 
-fn parse_size(text: &str) -> Result<(u16, u16), String> {
+fn parse_size(text: &str) -> Result<ScreenSize, UsageError> {
     let side = |text: &str| text.parse().ok().filter(|side| SIZES.contains(side));
-    let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
-    sides.ok_or_else(|| format!("columns x lines, as in 80x24, each {} to {}", SIZES.start(), SIZES.end()))
+    let sides = text.split_once('x');
+    let size = sides.and_then(|(width, height)| Some(ScreenSize { columns: side(width)?, lines: side(height)? }));
+    size.ok_or_else(|| {
+        UsageError::malformed(format!("columns x lines, as in 80x24, each {} to {}", SIZES.start(), SIZES.end()))
+    })
 }
 
 /// Shows the panel of a program until the user leaves it.
@@ -110,7 +121,7 @@ pub fn show_view(
 ) -> Result<u8, VerbFailure> {
     let look = ScreenStyle { color: terminal.screen };
     if let Some(steps) = &played.keys {
-        let (width, height) = played.size.unwrap_or(DEFAULT_SIZE);
+        let ScreenSize { columns: width, lines: height } = played.size.unwrap_or(DEFAULT_SIZE);
         let picture = key_script::play_keys(app, steps, Rect::new(0, 0, width, height), look);
         output::print(key_script::picture_text(&picture, look))?;
         return Ok(exit::OK);

@@ -13,13 +13,16 @@ use crate::shared::family;
 /// and for other files. The name of the chip overrides the signature, and the signature overrides the core.
 pub fn other_avr_diagnostic(file: &str, bytes: &[u8], chip: &Chip, severity: Severity) -> Option<Diagnostic> {
     let core = avr_core(bytes).filter(|_| chip.family == ChipFamily::Avr)?;
-    let (cause, hint) =
+    let CauseAndHint { cause, hint } =
         by_name(bytes, chip).or_else(|| by_signature(avr_signature(bytes)?, chip)).or_else(|| by_core(core, chip))?;
     Some(Diagnostic { severity, ..file_error(OTHER_CHIP, file, cause, &hint) })
 }
 
 /// Cause and hint of a diagnostic.
-pub type CauseAndHint = (String, String);
+pub struct CauseAndHint {
+    pub cause: String,
+    pub hint: String,
+}
 
 fn by_name(bytes: &[u8], chip: &Chip) -> Option<CauseAndHint> {
     let name = avr_device(bytes).or_else(|| read_simavr_section(bytes)?.mcu)?;
@@ -28,13 +31,14 @@ fn by_name(bytes: &[u8], chip: &Chip) -> Option<CauseAndHint> {
     match same {
         _ if base_name(&name) == base_name(chip.name) => None,
         Some(row) if is_superset_of(chip, row) => None,
-        Some(row) => Some((
-            format!("this is a program for {name}, not for {}", chip.name),
-            format!("--mcu {}, or {build}", row.name),
-        )),
-        None => {
-            Some((format!("this is a program for {name}, for which emu has no model, not for {}", chip.name), build))
-        }
+        Some(row) => Some(CauseAndHint {
+            cause: format!("this is a program for {name}, not for {}", chip.name),
+            hint: format!("--mcu {}, or {build}", row.name),
+        }),
+        None => Some(CauseAndHint {
+            cause: format!("this is a program for {name}, for which emu has no model, not for {}", chip.name),
+            hint: build,
+        }),
     }
 }
 
@@ -61,8 +65,10 @@ pub fn by_signature(wanted: [u8; 3], chip: &Chip) -> Option<CauseAndHint> {
     };
     let build = format!("build it with -mmcu={}", chip.name);
     Some(match name_chips(nearest_first(fitting, chip)) {
-        Some((names, first)) => (cause(&format!(" of {names}")), format!("--mcu {first}, or {build}")),
-        None => (cause(", for which emu has no model"), build),
+        Some((names, first)) => {
+            CauseAndHint { cause: cause(&format!(" of {names}")), hint: format!("--mcu {first}, or {build}") }
+        }
+        None => CauseAndHint { cause: cause(", for which emu has no model"), hint: build },
     })
 }
 
@@ -77,7 +83,7 @@ fn by_core(core: u32, chip: &Chip) -> Option<CauseAndHint> {
         || format!("build it with -mmcu={}", chip.name),
         |(names, first)| format!("--mcu {first} (such a core have {names}), or build it with -mmcu={}", chip.name),
     );
-    Some((cause, hint))
+    Some(CauseAndHint { cause, hint })
 }
 
 /// Returns the chip name without the suffix for process and package: `atmega328` for `atmega328p`.

@@ -14,6 +14,7 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::family::MachineSetup;
 use crate::shared::flags::McuFlags;
 use crate::shared::store::MemoryFile;
+use crate::shared::usage_error::UsageError;
 use crate::shared::{ap101, attach, avr, family, mcs51, pic16, readings, store};
 
 /// Flags that describe the machine.
@@ -73,8 +74,8 @@ pub struct MachineArgs {
     ap101: ap101::Ap101Flags,
 }
 
-fn parse_baud(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| "write a whole number of bits per second, as 9600".to_owned())
+fn parse_baud(text: &str) -> Result<u64, UsageError> {
+    text.parse().map_err(|_| UsageError::malformed("write a whole number of bits per second, as 9600"))
 }
 
 /// Settings that the command, not the user's flags, decides for its machine.

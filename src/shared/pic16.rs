@@ -9,6 +9,7 @@ use emu_pic16::{Options, TimingCorner};
 
 use crate::shared::fail::VerbFailure;
 use crate::shared::output;
+use crate::shared::usage_error::UsageError;
 
 /// The bits of a program memory word and of a configuration word.
 const WORD: u32 = 0x3FFF;
@@ -50,15 +51,17 @@ enum CornerChoice {
 #[derive(Debug, Clone, Copy)]
 struct Timer1Crystal(Option<u64>);
 
-fn parse_config_word(text: &str) -> Result<u16, String> {
+fn parse_config_word(text: &str) -> Result<u16, UsageError> {
     // Configuration words are always written in hexadecimal, so digits without a prefix are not read as a
     // decimal number.
     let digits = text.trim_end_matches(['h', 'H']);
     if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-        return Err(format!("a configuration word is written with 0x in front: 0x{}", digits.to_ascii_uppercase()));
+        let expected = format!("a configuration word is written with 0x in front: 0x{}", digits.to_ascii_uppercase());
+        return Err(UsageError::malformed(expected));
     }
     let word = address_names::parse_number(text).filter(|&word| word <= WORD);
-    word.map(|word| word as u16).ok_or_else(|| format!("a configuration word is 0x0 to 0x{WORD:X}, as in 0x3F3A"))
+    let expected = || format!("a configuration word is 0x0 to 0x{WORD:X}, as in 0x3F3A");
+    word.map(|word| word as u16).ok_or_else(|| UsageError::malformed(expected()))
 }
 
 fn parse_crystal(text: &str) -> Result<Timer1Crystal, InputError> {

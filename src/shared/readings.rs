@@ -3,6 +3,7 @@
 use emu_core::chip::{Chip, ChipFamily};
 
 use crate::shared::fail::VerbFailure;
+use crate::shared::usage_error::UsageError;
 
 /// The readings of the machines of all families that have some.
 #[derive(Debug, Clone, Copy, Default)]
@@ -105,7 +106,7 @@ impl ReadingFlags {
 }
 
 /// Parses the reading `NAME=READING`.
-fn parse_reading(text: &str) -> Result<ReadingChoice, String> {
+fn parse_reading(text: &str) -> Result<ReadingChoice, UsageError> {
     let found = text
         .split_once('=')
         .and_then(|(name, choice)| rows().find(|row| (row.name, row.choice) == (name, choice)).copied());
@@ -114,12 +115,12 @@ fn parse_reading(text: &str) -> Result<ReadingChoice, String> {
             let rows = rows().filter(move |row| row.family == family);
             rows.map(|row| format!("{}={}", row.name, row.choice)).collect::<Vec<_>>().join(", ")
         };
-        format!(
+        UsageError::malformed(format!(
             "readings are {} on AVR, {} on the 8051, {} on PIC16",
             of(ChipFamily::Avr),
             of(ChipFamily::Mcs51),
             of(ChipFamily::Pic16)
-        )
+        ))
     })
 }
 

@@ -9,6 +9,8 @@ use crate::shared::input;
 use crate::shared::report::FileTexts;
 use diag::nearest;
 
+use crate::shared::usage_error::UsageError;
+
 /// A value that is set before a scan.
 pub struct ScanChange {
     /// The scan, counted from 1.
@@ -41,31 +43,33 @@ impl ScanChange {
 
 impl SimInput {
     /// Parses `NAME=VALUE`.
-    pub fn new(evaluator: &Evaluator, text: &str) -> Result<SimInput, String> {
-        let (name, value) = text.split_once('=').ok_or("give a value, as in Xstart=1")?;
+    pub fn new(evaluator: &Evaluator, text: &str) -> Result<SimInput, UsageError> {
+        let (name, value) =
+            text.split_once('=').ok_or_else(|| UsageError::malformed("give a value, as in Xstart=1"))?;
         SimInput::of(evaluator, name.trim(), value.trim())
     }
 
     /// Returns the input `name` with `value`, or the reason why it is invalid.
-    fn of(evaluator: &Evaluator, name: &str, value: &str) -> Result<SimInput, String> {
+    fn of(evaluator: &Evaluator, name: &str, value: &str) -> Result<SimInput, UsageError> {
         let number = |low: i64, high: i64| {
             let number = value.strip_prefix("0x").map_or_else(|| value.parse(), |hex| i64::from_str_radix(hex, 16));
             let number = number.ok().filter(|number| (low..=high).contains(number));
-            number.ok_or_else(|| format!("`{name}` takes {low} to {high}, not `{value}`"))
+            number.ok_or_else(|| UsageError::OutOfRange {
+                name: name.to_owned(),
+                range: low..=high,
+                value: value.to_owned(),
+            })
         };
         if let Some(cell) = name.strip_prefix("eeprom:") {
             let count = evaluator.eeprom().len();
             let cell = cell.parse().ok().filter(|cell| *cell < count);
-            let cell = cell.ok_or_else(|| match count {
-                0 => "the program has no PERSIST, so no cell of the EEPROM".to_owned(),
-                _ => format!("there is no cell `{name}`; cells are eeprom:0 to eeprom:{}", count - 1),
-            })?;
+            let cell = cell.ok_or_else(|| UsageError::NoCell { name: name.to_owned(), count })?;
             return Ok(SimInput::Cell(cell, number(0, 255)? as u8));
         }
         let index = evaluator.index(name);
         let Some((index, symbol)) = index.and_then(|i| Some((i, evaluator.symbols().get(i)?))) else {
-            let names: Vec<&str> = evaluator.symbols().iter().map(|s| s.name.as_str()).collect();
-            return Err(format!("the program has no symbol `{name}`; it has {}", names.join(", ")));
+            let known = evaluator.symbols().iter().map(|s| s.name.clone()).collect();
+            return Err(UsageError::UnknownSymbol { name: name.to_owned(), known });
         };
         if evaluator.adc_symbols().any(|adc| adc == index) {
             return Ok(SimInput::Level(index, number(0, 1023)? as u16));
@@ -133,7 +137,9 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
             }
             match SimInput::of(evaluator, name, value) {
                 Ok(what) => changes.push(ScanChange { scan, input: what }),
-                Err(cause) => return Err(fault(place(at), cause, "write a number in that range, or nothing")),
+                Err(cause) => {
+                    return Err(fault(place(at), cause.to_string(), "write a number in that range, or nothing"));
+                }
             }
         }
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use diag::{Diagnostic, Severity};
-use emu_asm::{AssembleOptions, AssembledProgram};
+use emu_asm::{AssembleOptions, AssembledProgram, NamedText};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{Image, write_hex, write_hex_aligned};
 use serde_json::json;
@@ -15,6 +15,7 @@ use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::flags::McuFlags;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
+use crate::shared::usage_error::UsageError;
 use crate::shared::{input, output};
 use crate::verbs::compile::default_image_name;
 
@@ -52,7 +53,7 @@ pub struct AsmArgs {
     eeprom: Option<String>,
     /// Define a name before the first line: NAME (1) or NAME=VALUE. Repeatable.
     #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = parse_define)]
-    defines: Vec<(String, String)>,
+    defines: Vec<NamedText>,
     /// Search this folder for include files, after the folder of the including file. Repeatable.
     #[arg(short = 'I', long = "include", value_name = "FOLDER")]
     folders: Vec<PathBuf>,
@@ -65,13 +66,13 @@ pub struct AsmArgs {
     pub json: bool,
 }
 
-fn parse_define(text: &str) -> Result<(String, String), String> {
+fn parse_define(text: &str) -> Result<NamedText, UsageError> {
     let (name, value) = text.split_once('=').unwrap_or((text, "1"));
     let starts = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_' || c == '.');
     if starts && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')) {
-        Ok((name.to_owned(), value.to_owned()))
+        Ok(NamedText { name: name.to_owned(), text: value.to_owned() })
     } else {
-        Err("write NAME or NAME=VALUE, as in F_CPU=8000000".to_owned())
+        Err(UsageError::malformed("write NAME or NAME=VALUE, as in F_CPU=8000000"))
     }
 }
 

@@ -255,7 +255,7 @@ fn check_foreign_image(
         },
         _ => return Err(VerbFailure::Usage("--image is for one chip; give one with --mcu".to_owned())),
     };
-    let row = family::parse_chip(chip).map_err(VerbFailure::Usage)?;
+    let row = family::parse_chip(chip).map_err(VerbFailure::usage)?;
     let image = input::read_image(file, row, terminal)?;
     let map = args.map.as_deref().map(read_map_file).transpose()?;
     let wanted =

@@ -12,6 +12,7 @@ use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::flags::LadderFlags;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
+use crate::shared::usage_error::UsageError;
 use crate::shared::{family, input, output};
 
 const EXAMPLES: &str = "\
@@ -123,10 +124,10 @@ pub struct TargetFlags {
 }
 
 /// Parses `NAME=PIN`.
-pub fn parse_pin_assignment(text: &str) -> Result<PinAssignment, String> {
+pub fn parse_pin_assignment(text: &str) -> Result<PinAssignment, UsageError> {
     match text.split_once('=').map(|(symbol, pin)| (symbol.trim(), pin.trim())) {
         Some((symbol, pin)) if !symbol.is_empty() && !pin.is_empty() => Ok(PinAssignment::new(symbol, pin)),
-        _ => Err("write a symbol and a pin, as in Xstart=PD2".to_owned()),
+        _ => Err(UsageError::malformed("write a symbol and a pin, as in Xstart=PD2")),
     }
 }
 
@@ -156,7 +157,7 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
         input::read_program_for_pins(&args.program.file, args.program.read.options(), &args.target.pins, terminal)?;
     let chip = match args.mcu {
         Some(chip) => chip,
-        None => family::parse_chip(read.chip()?).map_err(VerbFailure::Usage)?,
+        None => family::parse_chip(read.chip()?).map_err(VerbFailure::usage)?,
     };
     let options = CompileOptions {
         mcu: chip.name.to_owned(),

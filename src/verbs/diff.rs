@@ -5,10 +5,12 @@ mod read;
 use std::collections::VecDeque;
 
 use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
+use crate::shared::usage_error::UsageError;
 use read::{TraceEntry, TraceReader};
 
 const EXAMPLES: &str = "\
@@ -57,11 +59,11 @@ enum IgnoredField {
     Chip,
 }
 
-fn context(text: &str) -> Result<usize, String> {
+fn context(text: &str) -> Result<usize, UsageError> {
     text.parse()
         .ok()
         .filter(|n| *n <= MAX_CONTEXT)
-        .ok_or_else(|| format!("write a number of lines, 0 to {MAX_CONTEXT}"))
+        .ok_or_else(|| UsageError::malformed(format!("write a number of lines, 0 to {MAX_CONTEXT}")))
 }
 
 /// Compares two traces.
@@ -78,8 +80,8 @@ pub fn diff(args: &DiffArgs) -> Result<u8, VerbFailure> {
         fields = match (&x, &y) {
             (None, None) => return report_equal(args, a.lines()),
             (Some(x), Some(y)) => entry_differences(args, x, y),
-            (Some(_), None) => vec![("end", "continues".to_owned(), "ends here".to_owned())],
-            (None, Some(_)) => vec![("end", "ends here".to_owned(), "continues".to_owned())],
+            (Some(_), None) => vec![field_difference("end", "continues", "ends here")],
+            (None, Some(_)) => vec![field_difference("end", "ends here", "continues")],
         };
         if fields.is_empty() {
             before.extend(x.take().map(|entry| entry.raw));
@@ -91,16 +93,15 @@ pub fn diff(args: &DiffArgs) -> Result<u8, VerbFailure> {
     let place = (a.lines().max(1), b.lines().max(1));
     let (raw_a, raw_b) = (lines_after(args, &mut a, x)?, lines_after(args, &mut b, y)?);
     if args.json {
-        let differ: Vec<Value> = fields.iter().map(|(field, a, b)| json!({ "field": field, "a": a, "b": b })).collect();
         output::print_json(&json!({
-            "schema": 1, "equal": false, "differ": differ, "before": before,
+            "schema": 1, "equal": false, "differ": fields, "before": before,
             "a": { "file": args.a, "line": place.0, "lines": raw_a },
             "b": { "file": args.b, "line": place.1, "lines": raw_b },
         }))?;
         return Ok(exit::FAILED);
     }
     let mut out = format!("{}:{} and {}:{} differ\n", args.a, place.0, args.b, place.1);
-    for (field, a, b) in &fields {
+    for FieldDifference { field, a, b } in &fields {
         out.push_str(&format!("  {field:<9}  {a} | {b}\n"));
     }
     before.iter().for_each(|line| out.push_str(&format!("  {line}\n")));
@@ -143,21 +144,30 @@ fn lines_after(
 }
 
 /// A field that differs, with its value in the first and in the second trace.
-type FieldDifference = (&'static str, String, String);
+#[derive(Serialize)]
+struct FieldDifference {
+    field: &'static str,
+    a: String,
+    b: String,
+}
+
+fn field_difference(field: &'static str, a: &str, b: &str) -> FieldDifference {
+    FieldDifference { field, a: a.to_owned(), b: b.to_owned() }
+}
 
 fn head_differences(args: &DiffArgs, a: &TraceReader, b: &TraceReader) -> Vec<FieldDifference> {
     let chip = [("mcu", &a.mcu, &b.mcu), ("hz", &a.hz, &b.hz)].into_iter();
     let chip = chip.filter(|(_, a, b)| a != b && !args.ignore.contains(&IgnoredField::Chip));
-    chip.map(|(field, a, b)| (field, a.clone(), b.clone())).collect()
+    chip.map(|(field, a, b)| field_difference(field, a, b)).collect()
 }
 
 fn entry_differences(args: &DiffArgs, a: &TraceEntry, b: &TraceEntry) -> Vec<FieldDifference> {
     let is_compared = |field: IgnoredField| !args.ignore.contains(&field);
     let mut all = Vec::new();
-    let shown = |text: &str| if text.is_empty() { "-".to_owned() } else { text.to_owned() };
     let mut field = |field, name, a: &str, b: &str| {
         if is_compared(field) && a != b {
-            all.push((name, shown(a), shown(b)));
+            let [a, b] = [a, b].map(|text| if text.is_empty() { "-" } else { text });
+            all.push(field_difference(name, a, b));
         }
     };
     field(IgnoredField::Cycle, "cycle", &a.cycle.to_string(), &b.cycle.to_string());

@@ -14,6 +14,7 @@ use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::family::{ChipChoice, ChipChoiceParser};
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle};
+use crate::shared::usage_error::UsageError;
 use crate::shared::{input, output};
 
 const EXAMPLES: &str = "\
@@ -91,17 +92,19 @@ pub struct FuzzArgs {
     pub json: bool,
 }
 
-fn shard(text: &str) -> Result<CampaignShard, String> {
+fn shard(text: &str) -> Result<CampaignShard, UsageError> {
     let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
     match numbers {
         Some((index, of)) if (1..=of).contains(&index) => Ok(CampaignShard { index, of, done: 0 }),
-        _ => Err("write I/N with I from 1 to N, such as 3/16".to_owned()),
+        _ => Err(UsageError::malformed("write I/N with I from 1 to N, such as 3/16")),
     }
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+fn seconds(text: &str) -> Result<Duration, UsageError> {
     let limit = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    limit.filter(|limit| !limit.is_zero()).ok_or_else(|| "write seconds above 0, such as 60 or 0.5".to_owned())
+    limit
+        .filter(|limit| !limit.is_zero())
+        .ok_or_else(|| UsageError::malformed("write seconds above 0, such as 60 or 0.5"))
 }
 
 /// Runs a campaign or one of its shards, or merges records.

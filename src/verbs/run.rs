@@ -32,6 +32,8 @@ use crate::verbs::run::lint::LintMode;
 use headless::RunJob;
 use snapshot::RunSnapshots;
 
+use crate::shared::usage_error::UsageError;
+
 const EXAMPLES: &str = "\
 Examples:
   emu run blink.hex --mcu atmega328p --for 2s --vcd blink.vcd
@@ -141,15 +143,20 @@ pub enum RamChoice {
 }
 
 /// Parses the value of `--ram`.
-pub fn parse_ram(text: &str) -> Result<RamChoice, String> {
+pub fn parse_ram(text: &str) -> Result<RamChoice, UsageError> {
     match text.split_once(':') {
         None if text == "zero" => Ok(RamChoice::Fill(RamInit::Zero)),
         None if text == "trap" => Ok(RamChoice::Trap),
         Some(("random", seed)) => {
-            let seed = seed.parse().map_err(|_| format!("`{seed}` is not a seed; write a number, as in random:1"))?;
+            let wrong = |_| UsageError::MalformedPart {
+                part: seed.to_owned(),
+                wanted: "a seed",
+                expected: "write a number, as in random:1".into(),
+            };
+            let seed = seed.parse().map_err(wrong)?;
             Ok(RamChoice::Fill(RamInit::Random(seed)))
         }
-        _ => Err("write random:SEED, zero or trap".to_owned()),
+        _ => Err(UsageError::malformed("write random:SEED, zero or trap")),
     }
 }
 

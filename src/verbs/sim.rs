@@ -17,6 +17,7 @@ use crate::shared::output::PendingFile;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
 use crate::shared::scan_inputs::{ScanChange, SimInput};
+use crate::shared::usage_error::UsageError;
 use crate::shared::{input, output, scan_bits, scan_inputs};
 use crate::verbs::sim::trace::ScanTraceTable;
 
@@ -200,7 +201,7 @@ fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>
 
 /// Returns the refusal of an element, with its place in the program.
 pub fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> diag::Diagnostic {
-    let pos = program.elements().find(|(id, ..)| *id == refusal.element).map_or(diag::Pos::default(), |(.., pos)| pos);
+    let pos = program.find_element(refusal.element).map_or(diag::Pos::default(), |at| at.pos);
     let hint = "docs/semantics.md lists the elements that have a meaning";
     diag::Diagnostic::new(diag::Severity::Error, UNSUPPORTED_ELEMENT, &program.file, pos, refusal.to_string(), hint)
 }
@@ -218,7 +219,7 @@ fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Sc
         changes.push(ScanChange { scan: 1, input: what });
     }
     for text in &args.at {
-        let refuse = |why: String| VerbFailure::invalid_flag_value("--at <SCAN:NAME=VALUE>", text, &why);
+        let refuse = |why: UsageError| VerbFailure::invalid_flag_value("--at <SCAN:NAME=VALUE>", text, &why);
         let (scan, rest) = split_scan(scans, text, "5:Xstart=0").map_err(refuse)?;
         changes.push(ScanChange { scan, input: SimInput::new(evaluator, rest).map_err(refuse)? });
     }
@@ -251,11 +252,16 @@ fn byte_arrivals(args: &SimArgs, scans: u64, program: &LadderProgram) -> Result<
 }
 
 /// Splits the scan number from the front of a text.
-fn split_scan<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a str), String> {
-    let (scan, rest) = text.split_once(':').ok_or_else(|| format!("give a scan, as in {example}"))?;
+fn split_scan<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a str), UsageError> {
+    let (scan, rest) =
+        text.split_once(':').ok_or_else(|| UsageError::malformed(format!("give a scan, as in {example}")))?;
     match scan.trim().parse() {
         Ok(scan) if (1..=scans).contains(&scan) => Ok((scan, rest)),
-        Ok(scan) => Err(format!("scan {scan} does not run; scans are 1 to {scans} (--scans)")),
-        Err(_) => Err(format!("`{scan}` is not a scan; scans are 1 to {scans}")),
+        Ok(scan) => Err(UsageError::ScanNotRun { scan, scans }),
+        Err(_) => Err(UsageError::MalformedPart {
+            part: scan.to_owned(),
+            wanted: "a scan",
+            expected: format!("scans are 1 to {scans}").into(),
+        }),
     }
 }

@@ -10,11 +10,9 @@ use emu_core::table::InstructionRow;
 use clock_and_period::{clock, period};
 
 use super::common::{self, ignore_directive, required_arguments, value_of};
-use super::{
-    AsmDialect, AsmDirective, AsmRefusal, DialectHooks, NumberForm, ProvidedInclude, SectionContent, SectionRow,
-};
+use super::{AsmDialect, AsmDirective, DialectHooks, NumberForm, ProvidedInclude, SectionContent, SectionRow};
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{AsmRefusal, LineFault};
 use crate::lines::{AsmLine, cut, trim};
 use crate::symbols::AsmSymbolKind;
 
@@ -135,10 +133,10 @@ fn refuses(mnemonic: &str, operands: &str) -> Option<AsmRefusal> {
     {
         let range = format!("{letter} has addresses from 0 to {most}");
         return Some(if n > *most {
-            ("ASM003", format!("there is no {letter}{n}"), range)
+            AsmRefusal::new("ASM003", format!("there is no {letter}{n}"), range)
         } else {
             let cause = format!("the number after {letter} is decimal");
-            ("ASM003", cause, format!("{range}; this one is {letter}{n}"))
+            AsmRefusal::new("ASM003", cause, format!("{range}; this one is {letter}{n}"))
         });
     }
     if !writes || !numbered {
@@ -152,7 +150,7 @@ fn refuses(mnemonic: &str, operands: &str) -> Option<AsmRefusal> {
         }
         _ => return None,
     };
-    Some(("ASM002", what.to_owned(), hint.to_owned()))
+    Some(AsmRefusal::new("ASM002", what, hint))
 }
 
 /// Returns the number after the letter of a zone, and whether it is decimal: `I512`, `I_512,X`, `M0x1F`.

@@ -19,6 +19,7 @@ use super::{
 };
 pub(crate) use commons::AvrPassState;
 
+use crate::NamedText;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{byte, cut, trim};
@@ -230,7 +231,7 @@ fn check_constant(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Optio
 }
 
 /// Returns the macros about the chip that avr-gcc defines for an assembly source.
-fn defines(chip: &Chip) -> Vec<(String, String)> {
+fn defines(chip: &Chip) -> Vec<NamedText> {
     let (calls, far) = (chip.flash_bytes > 0x2000, chip.flash_bytes > 0x1_0000);
     let arch = match (calls, far) {
         (_, true) => "51",
@@ -241,12 +242,12 @@ fn defines(chip: &Chip) -> Vec<(String, String)> {
     let more = ["__AVR_HAVE_LPMX__", "__AVR_HAVE_SPH__", "__AVR_HAVE_16BIT_SP__", "__AVR_ENHANCED__"];
     let large = ["__AVR_HAVE_JMP_CALL__", "__AVR_MEGA__"].into_iter().filter(|_| calls);
     let largest = ["__AVR_HAVE_ELPM__", "__AVR_HAVE_ELPMX__", "__AVR_HAVE_RAMPZ__"].into_iter().filter(|_| far);
-    let ones = always.into_iter().chain(more).chain(large).chain(largest).map(|name| (name.to_owned(), "1".to_owned()));
+    let ones = always.into_iter().chain(more).chain(large).chain(largest).map(|name| NamedText::new(name, "1"));
     let texts = [
-        (predefined(chip.name), "1".to_owned()),
-        ("__AVR_ARCH__".to_owned(), arch.to_owned()),
-        ("__AVR_DEVICE_NAME__".to_owned(), chip.name.to_owned()),
-        ("__AVR_SFR_OFFSET__".to_owned(), "0x20".to_owned()),
+        NamedText::new(predefined(chip.name), "1"),
+        NamedText::new("__AVR_ARCH__", arch),
+        NamedText::new("__AVR_DEVICE_NAME__", chip.name),
+        NamedText::new("__AVR_SFR_OFFSET__", "0x20"),
     ];
     ones.chain(texts).chain(sfr::macros()).collect()
 }

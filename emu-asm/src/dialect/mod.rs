@@ -16,8 +16,9 @@ use emu_core::table::InstructionRow;
 
 pub(crate) use mcs51::chip_of_list;
 
+use crate::NamedText;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{AsmRefusal, CauseAndHint, LineFault};
 use crate::lines::{AsmLine, behind_name};
 use crate::reader::LineBlock;
 
@@ -28,7 +29,7 @@ pub(crate) type UnaryOperator = (&'static str, u8, fn(i64) -> i64);
 pub(crate) type CheckInstruction = fn(&InstructionRow, &[(i32, Range<usize>)]) -> Option<LineFault>;
 
 /// Truncates a value that is too large for an operand field of `width` bits: returns the value that fits, and
-/// code, cause and hint of a warning. `None` if the value is taken as it is or refused as usual.
+/// the warning. `None` if the value is taken as it is or refused as usual.
 pub(crate) type CutToField = fn(&Chip, kind: &str, width: u32, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
 
 /// An assembler dialect.
@@ -96,8 +97,8 @@ pub(crate) struct AsmDialect {
     pub include_provided: fn(chip: &Chip, include: &str) -> ProvidedInclude,
     /// Returns names and texts that are defined before the first line. A name may have a parameter in
     /// parentheses.
-    pub predefined: fn(chip: &Chip) -> Vec<(String, String)>,
-    /// Refuses an instruction that the dialect does not take with these operands: code, cause and hint.
+    pub predefined: fn(chip: &Chip) -> Vec<NamedText>,
+    /// Refuses an instruction that the dialect does not take with these operands.
     pub refuse_instruction: fn(mnemonic: &str, operands: &str) -> Option<AsmRefusal>,
     /// Called at the end of each pass.
     pub finish_pass: fn(&mut Assembler<'_>),
@@ -153,7 +154,7 @@ pub(crate) struct DialectHooks {
     /// Returns where the comment of a line begins.
     pub code_end: Option<fn(&str) -> usize>,
     /// Returns cause and hint if the current section cannot hold bytes.
-    pub no_bytes: fn(&Assembler<'_>) -> Option<(String, String)>,
+    pub no_bytes: fn(&Assembler<'_>) -> Option<CauseAndHint>,
     /// A text in single quotes may have a comma behind its first character: `'T,C'`.
     pub commas_in_quotes: bool,
     /// Digits of a number may be in groups with this between them: `1010$1010b`, `0b1010_1010`.
@@ -201,9 +202,6 @@ impl DialectHooks {
         general_instructions: &[],
     };
 }
-
-/// Code, cause and hint.
-pub(crate) type AsmRefusal = (&'static str, String, String);
 
 /// The operators of C, with its precedence.
 #[rustfmt::skip]

@@ -22,7 +22,7 @@ use emu_core::table::InstructionRow;
 use super::common::ignore_directive;
 use super::{AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ReadFlow, SectionContent, SectionRow};
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{CauseAndHint, LineFault};
 use crate::lines::{behind_name, byte, cut, trim};
 use crate::reader::LineBlock;
 use crate::statement::code_end;
@@ -298,9 +298,9 @@ fn shift(n: i64, by: i64, shift: fn(i64, u32) -> Option<i64>) -> i64 {
 }
 
 /// Returns cause and hint for bytes in a section of RAM, which cannot hold them.
-fn no_bytes(_: &Assembler<'_>) -> Option<(String, String)> {
+fn no_bytes(_: &Assembler<'_>) -> Option<CauseAndHint> {
     let cause = "a section of variables cannot contain code or constants";
-    Some((cause.to_owned(), "reserve room with res, or give the values in an idata section".to_owned()))
+    Some(CauseAndHint::new(cause, "reserve room with res, or give the values in an idata section"))
 }
 
 /// `messg "text"`.

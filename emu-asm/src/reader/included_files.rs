@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use super::{FrameEnd, MAX_INCLUDES};
-use crate::engine::{Assembler, DirectiveCall};
+use crate::engine::{Assembler, DirectiveCall, OpenedInclude};
 use crate::fault::LineFault;
 
 impl Assembler<'_> {
@@ -58,26 +58,28 @@ impl Assembler<'_> {
             None => {
                 let opened = self.files.open(name, self.texts.name(from));
                 let found = match opened {
-                    Ok((path, bytes)) => Ok(self.texts.add(&path, &bytes, self.dialect.block_comments)),
-                    Err(error) => Err((format!("`{name}` cannot be read"), error.to_string())),
+                    Ok((path, bytes)) => {
+                        OpenedInclude::Text(self.texts.add(&path, &bytes, self.dialect.block_comments))
+                    }
+                    Err(error) => OpenedInclude::Unreadable { cause: format!("`{name}` cannot be read: {error}") },
                 };
                 self.opened_includes.insert(key, found.clone());
                 found
             }
         };
         match found {
-            Ok(file) => {
+            OpenedInclude::Text(file) => {
                 if !self.check_encoding(file, call.rest.clone()) {
                     return;
                 }
                 let lines = self.lines_of(file);
                 self.push_frame(lines, FrameEnd::File, None);
             }
-            Err((cause, why)) => {
+            OpenedInclude::Unreadable { cause } => {
                 self.report(LineFault::new(
                     "ASM015",
                     call.rest.clone(),
-                    format!("{cause}: {why}"),
+                    cause,
                     "check the path: it counts from the file that includes it",
                 ));
             }

@@ -2,7 +2,7 @@
 //! compiler's map.
 
 use emu_core::chip::Chip;
-use ladder::{Element, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{Element, LadderOperand, LadderProgram, ProgramElement, SymbolKind};
 use ladder_compile::{ImageMap, PinAssignment, SpecialPin};
 
 use crate::CheckOptions;
@@ -166,7 +166,7 @@ fn check_special_pins(
     }
     let mut addr = 0;
     let mut cells = map.eeprom.iter();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         let Element::Persist { name } = element else { continue };
         let bytes = program.symbols().iter().find(|s| s.name == *name).map_or(2, |s| s.bytes);
         let wanted = (name.as_str(), addr, bytes);
@@ -184,7 +184,7 @@ const MIN_PWM_STEPS: u32 = 16;
 
 /// The frequency of the program's PWM output in Hz.
 pub(crate) fn pwm_frequency(program: &LadderProgram) -> Option<u64> {
-    program.elements().find_map(|(_, element, _)| match element {
+    program.elements().find_map(|ProgramElement { element, .. }| match element {
         Element::SetPwm { hertz: LadderOperand::Const { value, .. }, .. } => u64::try_from(*value).ok(),
         _ => None,
     })

@@ -5,7 +5,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use ladder::{ChipPart, Element, LadderProgram};
+use ladder::{ChipPart, Element, LadderProgram, ProgramElement};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
@@ -31,7 +31,7 @@ pub(crate) fn input_millivolts(value: u16, reference: u32) -> u32 {
 /// Reference of the conversions of an analog input in millivolts: an internal one of the chip with REFS 2 and
 /// 3.
 pub(crate) fn reference_millivolts(program: &LadderProgram, chip: &Chip, name: &str) -> u32 {
-    let refs = program.elements().find_map(|(_, element, _)| match element {
+    let refs = program.elements().find_map(|ProgramElement { element, .. }| match element {
         Element::ReadAdc { name: of, refs } if of == name => *refs,
         _ => None,
     });

@@ -181,9 +181,7 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     let each = mismatch.differing.iter();
     let differing =
         each.map(|d| format!("{}: expected {}, found {}", name(d.symbol), value(d.expected), value(d.found))).collect();
-    let element_text = element
-        .and_then(|id| program.elements().find(|(other, _, _)| *other == id))
-        .map(|(_, element, _)| ladder::element_text(element));
+    let element_text = element.and_then(|id| program.find_element(id)).map(|at| ladder::element_text(at.element));
     let smallest = match mismatch.kind {
         DifferenceKind::Map => Vec::new(),
         _ if !options.explain => Vec::new(),
@@ -265,7 +263,7 @@ fn stimulus_text<C: CheckedChip, F: Fn(u64) -> C>(
 
 /// The diagnostic for an element that the evaluator does not support, at the position of the element.
 pub(crate) fn unsupported_diagnostic(program: &LadderProgram, refusal: &ladder_eval::UnsupportedElement) -> Diagnostic {
-    let pos = program.elements().find(|(id, _, _)| *id == refusal.element).map_or(Pos::default(), |(_, _, pos)| pos);
+    let pos = program.find_element(refusal.element).map_or(Pos::default(), |at| at.pos);
     let hint = "docs/semantics.md lists the elements that have a meaning";
     Diagnostic::new(Severity::Error, codes::NO_MEANING, &program.file, pos, refusal.to_string(), hint)
 }

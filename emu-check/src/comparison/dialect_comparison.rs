@@ -4,7 +4,10 @@ use std::collections::BTreeSet;
 
 use diag::Pos;
 use ladder::symbols::for_each_symbol_use;
-use ladder::{CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat};
+use ladder::{
+    CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat,
+    ProgramElement,
+};
 use ladder_eval::{Evaluator, UnsupportedElement};
 
 use crate::coverage::goals::CoverageGoals;
@@ -171,7 +174,7 @@ pub fn compare_dialects(
 #[must_use]
 pub fn meaning_changes(before: &LadderProgram, after: &LadderProgram) -> Vec<MeaningChange> {
     let mut changes: Vec<MeaningChange> = Vec::new();
-    for (id, element, pos) in before.elements() {
+    for ProgramElement { id, element, pos } in before.elements() {
         let rule = element_change(before, element, after.dialect);
         changes.extend(rule.map(|text| MeaningChange {
             element: Some(id),
@@ -181,7 +184,7 @@ pub fn meaning_changes(before: &LadderProgram, after: &LadderProgram) -> Vec<Mea
     }
     let mut seen = BTreeSet::new();
     let others = after.symbols();
-    for (_, element, pos) in before.elements() {
+    for ProgramElement { element, pos, .. } in before.elements() {
         for_each_symbol_use(element, &mut |name, kind| {
             if kind.is_bit() || !seen.insert(name.to_owned()) {
                 return;
@@ -212,7 +215,7 @@ fn element_change(program: &LadderProgram, element: &Element, to: LadderDialect)
         let has_start =
             |init: &Option<LadderOperand>| !matches!(init, None | Some(LadderOperand::Const { value: 0, .. }));
         program.elements().any(
-            |(_, other, _)| matches!(other, Element::Counter { name: n, init, .. } if n == name && has_start(init)),
+            |ProgramElement { element: other, .. }| matches!(other, Element::Counter { name: n, init, .. } if n == name && has_start(init)),
         )
     };
     let newer = to == LadderDialect::Ldmicro5;

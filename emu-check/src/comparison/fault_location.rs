@@ -1,6 +1,6 @@
 //! Locates the element that caused a difference: repeats the differing scan and stops at every element.
 
-use ladder::{ChipPart, Element, ElementId, LadderProgram, WriteMoment};
+use ladder::{ChipPart, Element, ElementId, LadderProgram, ProgramElement, WriteMoment};
 use ladder_compile::ImageMap;
 
 use crate::chip::families::CheckedChip;
@@ -23,7 +23,10 @@ pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
         return (byte.and_then(|byte| element_at(map, byte)), None);
     }
     let only_element_with = |part: ChipPart| {
-        let mut all = program.elements().filter(|(_, e, _)| e.facts().part == Some(part)).map(|(id, ..)| id);
+        let mut all = program
+            .elements()
+            .filter(|ProgramElement { element: e, .. }| e.facts().part == Some(part))
+            .map(|ProgramElement { id, .. }| id);
         all.next().filter(|_| all.next().is_none())
     };
     match mismatch.kind {
@@ -111,10 +114,10 @@ fn suspect_element(
     evaluated: &EvaluatedScan,
     changes: &[Option<ElementId>],
 ) -> Option<ElementId> {
-    let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
+    let elements = program.elements().filter(|at| !matches!(at.element, Element::Comment(_)));
     let mut writers = Vec::new();
     let mut last = None;
-    for ((id, element, _), pair) in elements.zip(&evaluated.trace) {
+    for (ProgramElement { id, element, .. }, pair) in elements.zip(&evaluated.trace) {
         let Some((input, output)) = pair else { continue };
         let Some(moment) = element.facts().write_moment(name) else { continue };
         writers.push(id);

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use ladder::{Element, ElementId, LadderProgram, RungNode};
+use ladder::{Element, ElementId, LadderProgram, ProgramElement, RungNode};
 use ladder_eval::Evaluator;
 
 use crate::coverage::classes::{CoverageClass, LadderCoverage, MissingOutcome};
@@ -106,8 +106,8 @@ impl CoverageGoals {
     /// Collects the coverage goals of a program, and excludes outcomes that are impossible.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> CoverageGoals {
         let mut goals = CoverageGoals { items: Vec::new(), goals: Vec::new(), open_goals: 0 };
-        let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
-        for (position, (id, element, _)) in elements.enumerate() {
+        let elements = program.elements().filter(|at| !matches!(at.element, Element::Comment(_)));
+        for (position, ProgramElement { id, element, .. }) in elements.enumerate() {
             let symbol = |name: &str| eval.index(name).unwrap_or(usize::MAX);
             if let Some((class, wanted)) = wanted_outcomes(program, element, eval, &symbol) {
                 goals.add_item(CoverageItem { id, class, trace_positions: vec![position] }, &wanted);
@@ -257,7 +257,8 @@ impl CoverageGoals {
 
     /// The coverage for the report.
     pub(crate) fn coverage(&self, program: &LadderProgram) -> LadderCoverage {
-        let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();
+        let elements: HashMap<ElementId, &Element> =
+            program.elements().map(|ProgramElement { id, element, .. }| (id, element)).collect();
         let text = |id| elements.get(&id).map_or_else(String::new, |element| ladder::element_text(element));
         // Per item: whether all its goals are reached; `None` if one of them is impossible.
         let mut states = vec![Some(true); self.items.len()];

@@ -113,13 +113,13 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             (CoverageClass::Tables, index_outcomes(eval, symbol, dest, index, &parts))
         }
         Element::PiecewiseLinear { dest, index, points } => {
-            let first = points.first().map_or(0, |p| p.0);
-            let last = points.last().map_or(0, |p| p.0);
-            let inner = points.get(1).map_or(0, |p| p.0);
+            let first = points.first().map_or(0, |p| p.x);
+            let last = points.last().map_or(0, |p| p.x);
+            let inner = points.get(1).map_or(0, |p| p.x);
             let mut parts = vec![("is asked below its first point", i64::MIN, first - 1), ("uses its first segment", first, inner),
                 ("is asked above its last point", last + 1, i64::MAX)];
             parts.extend(points.windows(2).skip(1).map(|pair| match pair {
-                [a, b] => ("uses every segment", a.0 + 1, b.0),
+                [a, b] => ("uses every segment", a.x + 1, b.x),
                 _ => ("uses every segment", last, last),
             }));
             (CoverageClass::Tables, index_outcomes(eval, symbol, dest, index, &parts))

@@ -3,7 +3,7 @@
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
 use emu_core::pins::PinId;
-use ladder::{ChipPart, Element, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{ChipPart, Element, LadderOperand, LadderProgram, ProgramElement, SymbolKind};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
@@ -128,7 +128,7 @@ impl ForeignBoard {
         for symbol in eval.symbols().iter().filter(|s| s.kind == SymbolKind::Output && is_timing_dependent(s)) {
             left_out.push(format!("{}: depends on the moment at which a byte is sent", symbol.name));
         }
-        let compares_bytes = !program.elements().map(|(_, element, _)| element.facts()).any(|facts| {
+        let compares_bytes = !program.elements().map(|ProgramElement { element, .. }| element.facts()).any(|facts| {
             facts.part == Some(ChipPart::Transmitter)
                 && facts.symbols.iter().any(|symbol| is_timing_dependent_name(&symbol.name))
         });
@@ -140,7 +140,7 @@ impl ForeignBoard {
         }
         let mut addr = 0;
         let mut eeprom_variables = Vec::new();
-        for (_, element, _) in program.elements() {
+        for ProgramElement { element, .. } in program.elements() {
             let Element::Persist { name } = element else { continue };
             let Some(symbol) = eval.index(name) else { continue };
             let bytes = eval.symbols().get(symbol).map_or(2, |symbol| u32::from(symbol.bytes));
@@ -150,7 +150,7 @@ impl ForeignBoard {
             addr += bytes;
         }
         let timing_dependent_duty = program.elements().any(
-            |(_, element, _)| matches!(element, Element::SetPwm { duty: LadderOperand::Var(name), .. } if is_timing_dependent_name(name)),
+            |ProgramElement { element, .. }| matches!(element, Element::SetPwm { duty: LadderOperand::Var(name), .. } if is_timing_dependent_name(name)),
         );
         if timing_dependent_duty {
             left_out.push("the PWM output: its duty depends on the moment at which a byte is sent".to_owned());
@@ -200,7 +200,7 @@ fn timing_dependent_symbols(program: &LadderProgram, scans_per_byte: u64) -> Vec
     loop {
         let before = (names.len(), all);
         let (mut rung, mut is_timing_dependent) = (None, false);
-        for (id, element, _) in program.elements() {
+        for ProgramElement { id, element, .. } in program.elements() {
             if rung != Some(id.rung) {
                 (rung, is_timing_dependent) = (Some(id.rung), all);
             }

@@ -1,7 +1,7 @@
 //! How many scans to run an image in whose memory nothing can be written, so that states are reached by time
 //! alone.
 
-use ladder::{Element, LadderOperand, LadderProgram};
+use ladder::{Element, LadderOperand, LadderProgram, ProgramElement};
 
 /// Maximum number of scans of a check without an explicit number of scans.
 pub const MAX_SCANS: u64 = 200_000;
@@ -13,7 +13,7 @@ const SHORT_SCANS: u64 = 4_000;
 /// sequence make one of its steps, clamped to 16,000 to 100,000.
 pub(crate) fn long_run_scans(program: &LadderProgram) -> usize {
     let (mut times, mut count) = (1u64, 1u64);
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         match element {
             Element::Timer { delay: LadderOperand::Const { value, .. }, .. } => {
                 let delay = u64::try_from(*value).unwrap_or(0);

@@ -3,8 +3,8 @@
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{
-    BusOp, BusTransfer, CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
-    UnaryOp,
+    BusOp, BusTransfer, CompareOp, CounterKind, CurvePoint, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp,
+    TimerKind, UnaryOp,
 };
 
 use super::generator::ProgramGenerator;
@@ -356,20 +356,21 @@ fn random_table(draw: &mut ProgramGenerator) -> Element {
 /// A PIECEWISE_LINEAR whose slopes can be computed in 16 bits.
 fn random_curve(draw: &mut ProgramGenerator) -> Element {
     let (dest, index) = (random_integer(draw), random_operand(draw));
-    let mut at = (draw.pick(&[-100, 0, 10, -32_768, 32_700, 1_000]), draw.pick(&[0, 100, -5, 32_000, -32_768]));
+    let x = draw.pick(&[-100, 0, 10, -32_768, 32_700, 1_000]);
+    let mut at = CurvePoint { x, y: draw.pick(&[0, 100, -5, 32_000, -32_768]) };
     let mut points = vec![at];
     for _ in 0..1 + draw.rng.below(4) {
         let dx = if draw.rng.one_in(5) { 1 + draw.rng.below(2_000) } else { 1 + draw.rng.below(40) } as i64;
         let steepest = 32_767 / dx;
         let dy = draw.pick(&[0, 1, -1, dx, -dx, 2 * dx, 7, -13, steepest, -steepest]).clamp(-steepest, steepest);
-        let next = (at.0 + dx, at.1 + dy);
-        if next.0 <= 32_767 && (-32_768..=32_767).contains(&next.1) {
+        let next = CurvePoint { x: at.x + dx, y: at.y + dy };
+        if next.x <= 32_767 && (-32_768..=32_767).contains(&next.y) {
             points.push(next);
             at = next;
         }
     }
     if points.len() < 2 {
-        points.push((at.0 + 1, at.1));
+        points.push(CurvePoint { x: at.x + 1, y: at.y });
     }
     Element::PiecewiseLinear { dest, index, points }
 }

@@ -216,7 +216,7 @@ mod tests {
     fn every_element_is_generated() {
         let mut found = BTreeSet::new();
         for number in 0..2_000 {
-            found.extend(generate_program(1, number).0.elements().map(|(_, element, _)| element.facts().keyword));
+            found.extend(generate_program(1, number).0.elements().map(|at| at.element.facts().keyword));
         }
         let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
         assert_eq!(

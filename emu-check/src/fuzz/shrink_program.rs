@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn only_what_shows_the_fault_is_left() {
         let adds = |program: &LadderProgram| {
-            program.elements().any(|(_, element, _)| matches!(element, Element::Math { op: ladder::MathOp::Sub, .. }))
+            program.elements().any(|at| matches!(at.element, Element::Math { op: ladder::MathOp::Sub, .. }))
         };
         let mut tried = 0;
         for number in 0..400 {

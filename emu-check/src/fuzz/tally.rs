@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
-use ladder::{Element, LadderProgram, RungNode};
+use ladder::{Element, LadderProgram, ProgramElement, RungNode};
 use serde::{Deserialize, Serialize};
 
 use crate::CheckReport;
@@ -187,7 +187,7 @@ fn keyword(element: &Element) -> String {
 fn risky_features(program: &LadderProgram) -> Vec<&'static str> {
     let (mut coils, mut modules): (HashMap<&str, u32>, HashMap<&str, u32>) = Default::default();
     let mut found = HashSet::new();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         let facts = element.facts();
         let mut written = facts.symbols.iter().filter(|symbol| symbol.write.is_some() && !symbol.is_read);
         if written.any(|dest| facts.symbols.iter().any(|symbol| symbol.is_read && symbol.name == dest.name)) {

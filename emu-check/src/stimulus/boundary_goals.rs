@@ -5,7 +5,7 @@
 //! off-by-one error in a limit would stay hidden. Each goal is tried with several states of the program;
 //! after [`MAX_FAILED_TRIES`] failures it is dropped.
 
-use ladder::{CompareOp, Element, LadderOperand, LadderProgram, MathOp, PowerEffect, SymbolKind};
+use ladder::{CompareOp, Element, LadderOperand, LadderProgram, MathOp, PowerEffect, ProgramElement, SymbolKind};
 use ladder_eval::Evaluator;
 
 use crate::coverage::goals::EvaluatedScan;
@@ -70,8 +70,8 @@ impl BoundaryGoals {
         };
         let mut goals = Vec::new();
         let mut stores = Vec::new();
-        let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
-        for (at, (_, element, _)) in elements.enumerate() {
+        let elements = program.elements().filter(|at| !matches!(at.element, Element::Comment(_)));
+        for (at, ProgramElement { element, .. }) in elements.enumerate() {
             let facts = element.facts();
             stores.push(!matches!(facts.power, PowerEffect::Narrows | PowerEffect::Wire));
             let mut add_goals = |symbol: Option<usize>, targets: Vec<GoalTarget>| {

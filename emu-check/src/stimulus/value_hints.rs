@@ -3,7 +3,7 @@
 
 use emu_core::rng::Rng;
 use ladder::symbols::for_each_symbol_use;
-use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, SymbolKind, UnaryOp};
+use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, ProgramElement, SymbolKind, UnaryOp};
 use ladder_eval::Evaluator;
 
 use crate::chip::{peripherals, port_pins};
@@ -63,7 +63,7 @@ impl ValueHints {
         let bytes: Vec<u8> = symbols.iter().map(|symbol| symbol.bytes).collect();
         let mut own_values = vec![Vec::new(); symbols.len()];
         let mut all = Vec::new();
-        for (_, element, _) in program.elements() {
+        for ProgramElement { element, .. } in program.elements() {
             let constants = element_constants(program, element);
             for_each_symbol_use(element, &mut |name, _| {
                 if let Some(own_values) = eval.index(name).and_then(|i| own_values.get_mut(i)) {
@@ -178,7 +178,7 @@ pub(crate) fn element_constants(program: &LadderProgram, element: &Element) -> V
             value(index).into_iter().chain([0, last]).collect()
         }
         Element::PiecewiseLinear { index, points, .. } => {
-            let points = points.iter().filter_map(|&(x, _)| i32::try_from(x).ok());
+            let points = points.iter().filter_map(|point| i32::try_from(point.x).ok());
             value(index).into_iter().chain(points).collect()
         }
         Element::SetPwm { duty, .. } => value(duty).into_iter().chain([0, 100]).collect(),

@@ -4,7 +4,7 @@
 
 use crate::common;
 use emu_check::fuzz::{FAMILIES, generate_program};
-use ladder::LadderProgram;
+use ladder::{LadderProgram, ProgramElement};
 use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, compile};
 
 /// Number of random programs.
@@ -62,8 +62,10 @@ fn complete(of: &str, program: &LadderProgram, compiled: &CompiledProgram) {
     let map = &compiled.map;
     let listed: Vec<(u32, u32, &str)> =
         map.elements.iter().map(|e| (e.rung - 1, e.element - 1, e.text.as_str())).collect();
-    let texts: Vec<(u32, u32, String)> =
-        program.elements().map(|(id, element, _)| (id.rung, id.index, ladder::element_text(element))).collect();
+    let texts: Vec<(u32, u32, String)> = program
+        .elements()
+        .map(|ProgramElement { id, element, .. }| (id.rung, id.index, ladder::element_text(element)))
+        .collect();
     let wanted: Vec<(u32, u32, &str)> =
         texts.iter().map(|(rung, index, text)| (*rung, *index, text.as_str())).collect();
     assert_eq!(listed, wanted, "{of}: elements");

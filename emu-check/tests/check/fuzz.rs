@@ -8,6 +8,7 @@ use std::time::Duration;
 use emu_check::fuzz::{
     CampaignPlan, CampaignRecord, CampaignShard, FAMILIES, ProgramProfile, generate_program, run_trial,
 };
+use ladder::ProgramElement;
 use ladder_compile::find_target;
 
 /// Time limit per program, far above the normal time on a busy machine.
@@ -210,7 +211,7 @@ fn every_element_is_drawn() {
     assert!(missing.len() > 90, "{}", missing.len());
     for number in 0..3_000 {
         let (program, _) = generate_program(26, number);
-        program.elements().for_each(|(_, element, _)| _ = missing.remove(element.facts().keyword));
+        program.elements().for_each(|ProgramElement { element, .. }| _ = missing.remove(element.facts().keyword));
     }
     let listed: BTreeSet<&str> = LEFT_OUT.iter().map(|(keyword, _)| *keyword).collect();
     assert_eq!(missing, listed);

@@ -16,7 +16,7 @@ use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, 
 
 use super::demangle::{SourceName, demangle};
 use super::faults::FaultList;
-use super::placement::{PlacedBytes, PlacementError, STAYS_ERASED, SourceSpan, address_range, describe_spaces};
+use super::placement::{PlacedBytes, PlacementConflict, STAYS_ERASED, SourceSpan, address_range, describe_spaces};
 use super::{AVR_AREAS, DemangledName, ElfMachine, Image, ImageSpace, LoadedImage, SourceLines, SymbolAt, simavr};
 
 /// The first bytes of every ELF file.
@@ -244,7 +244,7 @@ fn read_elf(bytes: &[u8], spaces: &[ImageSpace], faults: &mut FaultList) -> Resu
 }
 
 fn report_trouble(
-    trouble: PlacementError,
+    trouble: PlacementConflict,
     pieces: &[LoadPiece],
     piece: &LoadPiece,
     spaces: &[ImageSpace],
@@ -254,8 +254,8 @@ fn report_trouble(
     match trouble {
         // The section is for a simulator. If the linker script does not know it, it is placed in flash like
         // constants.
-        PlacementError::Outside { .. } if name == simavr::SECTION => {}
-        PlacementError::Outside { start, end } => {
+        PlacementConflict::Outside { .. } if name == simavr::SECTION => {}
+        PlacementConflict::Outside { start, end } => {
             let span = format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) lies", end - 1, end - start);
             // No AVR program is loaded there, on any chip: the section is for other tools.
             if start >= AVR_AREAS.end.into() && !piece.code {
@@ -266,7 +266,7 @@ fn report_trouble(
             let cause = || format!("{span} outside the memories of the chip: {}", describe_spaces(spaces));
             faults.error("ELF007", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
         }
-        PlacementError::Overlap { start, end, with } | PlacementError::Replaced { start, end, with } => {
+        PlacementConflict::Overlap { start, end, with } | PlacementConflict::Replaced { start, end, with } => {
             let cause = || {
                 let other = pieces.get(with.line as usize).map_or("", |piece| &piece.name);
                 format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) overlaps {other}", end - 1, end - start)

@@ -6,7 +6,7 @@ use ihex::Record;
 
 use super::faults::FaultList;
 use super::hex_record::{self, HexRecord};
-use super::placement::{PlacedBytes, PlacementError, STAYS_ERASED, SourceSpan, describe_spaces};
+use super::placement::{PlacedBytes, PlacementConflict, STAYS_ERASED, SourceSpan, describe_spaces};
 use super::{AVR_AREAS, Image, ImageSpace, LoadedImage, SourceLines, WordBits, is_avr_elf_area};
 
 /// Size of a segment in bytes: an offset has 16 bits.
@@ -204,8 +204,8 @@ impl HexReader<'_> {
             let pos =
                 |from: u64, to: u64| Pos::new(number, line.column + 2 * (from - addr) as u32, 2 * (to - from) as u32);
             match trouble {
-                PlacementError::Outside { start, end } => self.note_outside(start..end, pos(start, end)),
-                PlacementError::Replaced { start, end, with } => self.faults.note(
+                PlacementConflict::Outside { start, end } => self.note_outside(start..end, pos(start, end)),
+                PlacementConflict::Replaced { start, end, with } => self.faults.note(
                     "HEX028",
                     pos(start, end),
                     || {
@@ -217,7 +217,7 @@ impl HexReader<'_> {
                     },
                     "dumps of a whole memory give erased cells and then single words of it",
                 ),
-                PlacementError::Overlap { start, end, with } => self.faults.error(
+                PlacementConflict::Overlap { start, end, with } => self.faults.error(
                     "HEX015",
                     pos(start, end),
                     || format!("{} already given on line {}", range_text(start, end, " was", " were"), with.line),

@@ -39,8 +39,8 @@ use diag::text::into_printable;
 
 pub use codes::{IMAGE_CODES, LINE_CODES, SYMBOL_CODES};
 pub use debug_info::{
-    AVR_DATA, BaseEncoding, BlockInfo, ByteLocation, CType, DebugInfo, FrameView, FunctionInfo, Mcs51Memory,
-    StructMember, TypeId, UnwoundFrame, VariableInfo, VariableLocation,
+    AVR_DATA, BaseEncoding, BitRange, BlockInfo, ByteLocation, CType, CompiledFile, DebugInfo, FrameView, FunctionInfo,
+    Mcs51Memory, StructMember, TypeId, UnwoundFrame, VariableInfo, VariableLocation,
 };
 pub use demangle::DemangledName;
 pub use elf::load_elf;

@@ -14,7 +14,7 @@ pub(super) struct SourceSpan {
 
 /// Why bytes could not be placed normally at `start..end` of the image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PlacementError {
+pub(super) enum PlacementConflict {
     /// There is no memory.
     Outside { start: u64, end: u64 },
     /// `with` has already put bytes there.
@@ -96,7 +96,7 @@ impl<'s> PlacedBytes<'s> {
         addr: u64,
         bytes: &[u8],
         from: SourceSpan,
-        mut tell: impl FnMut(PlacementError),
+        mut tell: impl FnMut(PlacementConflict),
     ) {
         let end = addr + bytes.len() as u64;
         let mut at = addr;
@@ -118,7 +118,7 @@ impl<'s> PlacedBytes<'s> {
                     let piece = slice(bytes, at - addr, stop - addr);
                     self.place_in_space(i, at, piece, from, (at - addr) as u32, &mut tell);
                 }
-                None => tell(PlacementError::Outside { start: at, end: stop }),
+                None => tell(PlacementConflict::Outside { start: at, end: stop }),
             }
             at = stop;
         }
@@ -131,7 +131,7 @@ impl<'s> PlacedBytes<'s> {
         bytes: &[u8],
         from: SourceSpan,
         offset: u32,
-        tell: &mut impl FnMut(PlacementError),
+        tell: &mut impl FnMut(PlacementConflict),
     ) {
         let (Some(space), Some(runs)) = (self.spaces.get(i), self.runs.get_mut(i)) else { return };
         let base = u64::from(space.start);
@@ -168,9 +168,9 @@ impl<'s> PlacedBytes<'s> {
                         (overlap_to, piece(overlap_to, taken_to)),
                     ];
                     runs.extend(pieces.into_iter().filter(|(_, run)| !run.bytes.is_empty()));
-                    tell(PlacementError::Replaced { start: start_at, end: end_at, with });
+                    tell(PlacementConflict::Replaced { start: start_at, end: end_at, with });
                 } else {
-                    tell(PlacementError::Overlap { start: start_at, end: end_at, with });
+                    tell(PlacementConflict::Overlap { start: start_at, end: end_at, with });
                 }
             }
             free = overlap_to;

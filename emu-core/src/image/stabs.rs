@@ -166,23 +166,30 @@ impl StabPosition {
     }
 }
 
-/// The name that a text begins with, and what is behind the colon; `::` belongs to names of C++.
-pub(super) fn split_name(text: &[u8]) -> Option<(&[u8], &[u8])> {
+/// The text of a record: `name:description`.
+pub(super) struct StabText<'b> {
+    pub name: &'b [u8],
+    pub description: &'b [u8],
+}
+
+/// Splits a text at the colon behind its name; `::` belongs to names of C++.
+pub(super) fn split_name(text: &[u8]) -> Option<StabText<'_>> {
     let mut at = 0;
     loop {
         at += text.get(at..)?.iter().position(|byte| *byte == b':')?;
         if text.get(at + 1) != Some(&b':') {
-            return Some((text.get(..at)?, text.get(at + 1..)?));
+            return Some(StabText { name: text.get(..at)?, description: text.get(at + 1..)? });
         }
         at += 2;
     }
 }
 
-/// A record of type FUN begins a function: its name. Others with that type describe variables in program
-/// memory.
-pub(super) fn function_name(text: &[u8]) -> Option<(&[u8], &[u8])> {
-    let (name, rest) = split_name(text)?;
-    matches!(rest.first(), Some(b'f' | b'F')).then_some((name, rest.get(1..).unwrap_or_default()))
+/// The name of the function that a record of type FUN begins, and the text of its result type. Others with
+/// that type describe variables in program memory.
+pub(super) fn function_name(text: &[u8]) -> Option<StabText<'_>> {
+    let StabText { name, description } = split_name(text)?;
+    let result = description.strip_prefix(b"f").or_else(|| description.strip_prefix(b"F"))?;
+    Some(StabText { name, description: result })
 }
 
 /// Names of what is at address 0. A linker that drops a function may leave its records there.

@@ -37,7 +37,7 @@ impl ArithmeticType {
             ..INT_BYTES => INT,
             _ => ArithmeticType::Whole { bytes, signed },
         };
-        if let Some((_, bits)) = object.bit_field() {
+        if let Some(bits) = object.bit_field().map(|bits| bits.size) {
             return Some(promoted(bits.div_ceil(8).max(1) - u32::from(bits < 16 && bits > 8), object.is_signed()));
         }
         match object.resolved_type()? {

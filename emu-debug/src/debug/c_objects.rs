@@ -6,12 +6,12 @@ mod byte_locations;
 use std::ops::Range;
 use std::sync::Arc;
 
-use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, Mcs51Memory, VariableInfo};
+use emu_core::image::{AVR_DATA, BaseEncoding, BitRange, CType, DebugInfo, FunctionInfo, Mcs51Memory, VariableInfo};
 
 pub use byte_locations::ObjectByteLocation;
 pub(super) use byte_locations::number_from_bytes;
 
-use super::c_type_queries::{CTypeQueries as _, CTypeRef};
+use super::c_type_queries::{CTypeQueries as _, CTypeRef, FoundMember};
 use super::call_stack::CallStack;
 use super::dyn_machine::DynMachine;
 use super::error::DebugError;
@@ -48,8 +48,8 @@ pub struct ObjectExpr {
     offset: u32,
     /// Array indices, each with the size of an element in bytes.
     indices: Vec<(DebugExpression, u32)>,
-    /// A bit field: its first bit and its number of bits.
-    bits: Option<(u32, u32)>,
+    /// The bits of a bit field.
+    bits: Option<BitRange>,
     /// On an 8051, the base of the memory that contains it, if that is known without a machine.
     memory: Option<u32>,
 }
@@ -306,7 +306,7 @@ impl ObjectExpr {
             }
             return Err(DebugError::NoMembers { name: name.to_owned(), type_name: self.info().type_name(self.ctype) });
         };
-        let Some((offset, bits, of)) = self.info().member(self.ctype.id, name, 8) else {
+        let Some(FoundMember { offset, bits, member_type }) = self.info().member(self.ctype.id, name, 8) else {
             return Err(DebugError::UnknownMember {
                 type_name: self.info().type_name(self.ctype),
                 name: name.to_owned(),
@@ -314,14 +314,14 @@ impl ObjectExpr {
             });
         };
         let offset = self.offset.checked_add(offset).ok_or(DebugError::MemberTooFar)?;
-        Ok(ObjectExpr { ctype: CTypeRef::new(of), offset, bits, ..self.clone() })
+        Ok(ObjectExpr { ctype: CTypeRef::new(member_type), offset, bits, ..self.clone() })
     }
 
     /// Returns its size in bytes; for a bit field, the bytes that contain it.
     #[must_use]
     pub fn bytes(&self) -> Option<u32> {
         match self.bits {
-            Some((first, size)) => Some(first.saturating_add(size).div_ceil(8)),
+            Some(BitRange { first, size }) => Some(first.saturating_add(size).div_ceil(8)),
             None => self.info().size_of(self.ctype),
         }
     }
@@ -435,7 +435,9 @@ impl ObjectExpr {
         let &ObjectByteLocation::Memory(space, addr) = cells.first()? else { return None };
         let row = (0u32..).zip(&cells).take(4).all(|(n, cell)| *cell == ObjectByteLocation::Memory(space, addr + n));
         match self.bits {
-            Some((bit, 1)) => Some(ExpressionPlace::Bit { space, addr: addr + bit / 8, bit: (bit % 8) as u8 }),
+            Some(BitRange { first: bit, size: 1 }) => {
+                Some(ExpressionPlace::Bit { space, addr: addr + bit / 8, bit: (bit % 8) as u8 })
+            }
             Some(_) => None,
             None => row.then_some(ExpressionPlace::Memory {
                 space,
@@ -461,7 +463,7 @@ impl ObjectExpr {
     }
 
     /// Returns its bit field, if it is one.
-    pub(super) fn bit_field(&self) -> Option<(u32, u32)> {
+    pub(super) fn bit_field(&self) -> Option<BitRange> {
         self.bits
     }
 

@@ -1,6 +1,6 @@
 //! Queries on C types.
 
-use emu_core::image::{CType, DebugInfo, Mcs51Memory, TypeId};
+use emu_core::image::{BitRange, CType, DebugInfo, Mcs51Memory, StructMember, TypeId};
 
 /// A type, with pointers around it that the program need not define: `&x` is one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,8 +39,14 @@ pub(super) trait CTypeQueries {
     fn memory_of_target(&self, kind: CTypeRef) -> Option<u32>;
 }
 
-/// Offset of a member in bytes, its bit field, its type.
-type FoundMember = (u32, Option<(u32, u32)>, Option<TypeId>);
+/// A member of a struct or union, found by its name.
+pub(super) struct FoundMember {
+    /// Offset in bytes.
+    pub offset: u32,
+    /// The bits of a bit field.
+    pub bits: Option<BitRange>,
+    pub member_type: Option<TypeId>,
+}
 
 impl CTypeQueries for DebugInfo {
     fn resolve_type(&self, kind: CTypeRef) -> Option<&CType> {
@@ -79,11 +85,12 @@ impl CTypeQueries for DebugInfo {
         let CType::Record { members, .. } = self.type_info(self.resolve_typedefs(record)?)? else { return None };
         let own = members.iter().find(|member| member.name.as_deref() == Some(name));
         if let Some(member) = own {
-            return Some((member.offset, member.bit_range, member.member_type));
+            let StructMember { offset, bit_range: bits, member_type, .. } = *member;
+            return Some(FoundMember { offset, bits, member_type });
         }
         members.iter().filter(|member| member.name.is_none()).find_map(|member| {
-            let (offset, bits, of) = self.member(member.member_type, name, depth.checked_sub(1)?)?;
-            Some((member.offset.checked_add(offset)?, bits, of))
+            let inner = self.member(member.member_type, name, depth.checked_sub(1)?)?;
+            Some(FoundMember { offset: member.offset.checked_add(inner.offset)?, ..inner })
         })
     }
 

@@ -137,7 +137,7 @@ fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
                         (Style::AddressNames, MAX_DEPTH),
                     ),
                 };
-                let bits = member.bit_range.map_or(String::new(), |(_, size)| format!(" : {size}"));
+                let bits = member.bit_range.map_or(String::new(), |bits| format!(" : {}", bits.size));
                 text.push_str(&format!("    {own}{bits};\n"));
             }
             if members.is_empty() {

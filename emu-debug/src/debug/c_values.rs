@@ -1,6 +1,6 @@
 //! C values as text in the notation of gdb.
 
-use emu_core::image::{BaseEncoding, CType, DebugInfo, Mcs51Memory};
+use emu_core::image::{BaseEncoding, BitRange, CType, DebugInfo, Mcs51Memory};
 
 use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
 use super::c_strings::{REPEAT_THRESHOLD, collapse_repeats, text};
@@ -181,7 +181,7 @@ impl ObjectExpr {
 }
 
 impl CValueFormatter<'_> {
-    fn value(&self, kind: CTypeRef, bits: Option<(u32, u32)>, cells: &[ObjectByteLocation], depth: u32) -> String {
+    fn value(&self, kind: CTypeRef, bits: Option<BitRange>, cells: &[ObjectByteLocation], depth: u32) -> String {
         if depth == 0 {
             return "{...}".to_owned();
         }
@@ -197,7 +197,7 @@ impl CValueFormatter<'_> {
         if let Some(CType::Record { members, .. }) = self.info.resolve_type(kind) {
             let each = members.iter().map(|member| {
                 let size = match member.bit_range {
-                    Some((first, size)) => Some((first + size).div_ceil(8)),
+                    Some(BitRange { first, size }) => Some((first + size).div_ceil(8)),
                     None => self.info.size(member.member_type),
                 };
                 let (start, size) = (member.offset as usize, size.unwrap_or(0) as usize);
@@ -254,7 +254,7 @@ impl CValueFormatter<'_> {
     }
 
     /// Formats a value without parts.
-    fn single(&self, kind: CTypeRef, bits: Option<(u32, u32)>, cells: &[ObjectByteLocation]) -> String {
+    fn single(&self, kind: CTypeRef, bits: Option<BitRange>, cells: &[ObjectByteLocation]) -> String {
         if cells.contains(&ObjectByteLocation::OptimizedAway) {
             return "<optimized out>".to_owned();
         }
@@ -278,7 +278,7 @@ impl CValueFormatter<'_> {
         let Some(value) = number_from_bytes(&bytes, bits, signed) else { return "<not in memory>".to_owned() };
         // In a format a bit field has the width of its type, as in gdb.
         let of_type = self.info.size_of(kind).filter(|_| self.letter.is_some());
-        let size = bits.map_or(bytes.len() as u32, |(_, size)| of_type.unwrap_or(size.div_ceil(8)));
+        let size = bits.map_or(bytes.len() as u32, |bits| of_type.unwrap_or(bits.size.div_ceil(8)));
         if let Some(letter) = self.letter {
             return match letter {
                 'a' if self.points_to_code(kind) => self.code_word(value),

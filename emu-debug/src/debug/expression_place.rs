@@ -1,5 +1,7 @@
 //! Locations that have a value: registers, memory, bits, pins, time.
 
+use std::ops::RangeInclusive;
+
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use super::dyn_machine::DynMachine;
@@ -77,19 +79,19 @@ impl ExpressionPlace {
         })
     }
 
-    /// Returns the lowest and highest allowed value; `None` for a location that cannot be set.
+    /// Returns the allowed values; `None` for a location that cannot be set.
     #[must_use]
-    pub fn value_range(self, target: &dyn DynMachine) -> Option<(i64, i64)> {
+    pub fn value_range(self, target: &dyn DynMachine) -> Option<RangeInclusive<i64>> {
         Some(match self {
-            ExpressionPlace::Reg(name) => (0, max_register_value(target, name)),
+            ExpressionPlace::Reg(name) => 0..=max_register_value(target, name),
             ExpressionPlace::Memory { bytes, signed, .. } => {
                 let bits = 8 * u32::from(bytes.clamp(1, 4));
-                (-(1 << (bits - 1)), if signed { (1 << (bits - 1)) - 1 } else { (1 << bits) - 1 })
+                -(1 << (bits - 1))..=(if signed { (1 << (bits - 1)) - 1 } else { (1 << bits) - 1 })
             }
-            ExpressionPlace::Bit { .. } | ExpressionPlace::RegBit { .. } | ExpressionPlace::Pin(_) => (0, 1),
+            ExpressionPlace::Bit { .. } | ExpressionPlace::RegBit { .. } | ExpressionPlace::Pin(_) => 0..=1,
             ExpressionPlace::Pc => {
                 let chip = target.chip();
-                (0, i64::from(chip.code_address(chip.flash_bytes / chip.word_bytes.max(1)).saturating_sub(1)))
+                0..=i64::from(chip.code_address(chip.flash_bytes / chip.word_bytes.max(1)).saturating_sub(1))
             }
             ExpressionPlace::Cycle | ExpressionPlace::Instructions => return None,
         })
@@ -111,11 +113,11 @@ impl ExpressionPlace {
     /// # Errors
     /// The location cannot be set, or not to this value.
     pub fn set(self, target: &mut dyn DynMachine, value: i64) -> Result<(), DebugError> {
-        let Some((least, most)) = self.value_range(target) else {
+        let Some(allowed) = self.value_range(target) else {
             return Err(DebugError::TimeNotSettable);
         };
-        if !(least..=most).contains(&value) {
-            return Err(DebugError::ValueOutOfRange { value, least, most });
+        if !allowed.contains(&value) {
+            return Err(DebugError::ValueOutOfRange { value, least: *allowed.start(), most: *allowed.end() });
         }
         let done = |done: bool| if done { Ok(()) } else { Err(DebugError::NoSuchPlace) };
         match self {

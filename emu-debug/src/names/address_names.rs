@@ -45,7 +45,7 @@ impl AddressNames<'_> {
     pub fn parse_range(&self, text: &str) -> Result<AddressRange, InputError> {
         let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
         let (space, addresses) = match split_memory(text) {
-            Some(parts) => parts,
+            Some(MemoryAddress { memory, address }) => (memory, address),
             None => match self.spaces_of_name(text).as_slice() {
                 [space] => (*space, text),
                 [] if self.chip.cpu_regs.iter().any(|reg| reg.eq_ignore_ascii_case(text.trim())) => {
@@ -402,11 +402,20 @@ fn preferred_symbol<'a>(symbols: impl Iterator<Item = &'a SymbolAt>) -> Option<&
     symbols.max_by_key(|s| (s.addr, s.size, bare(&s.name)))
 }
 
+/// An address with its memory as users write it: `data:0x100`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MemoryAddress<'t> {
+    /// Name of the memory.
+    pub memory: &'t str,
+    /// The address, or several.
+    pub address: &'t str,
+}
+
 /// Splits `data:0x100` into memory and address. The colons of `app::result` belong to the name.
 #[must_use]
-pub fn split_memory(text: &str) -> Option<(&str, &str)> {
-    let (memory, place) = text.split_once(':')?;
-    (!place.starts_with(':')).then_some((memory, place))
+pub fn split_memory(text: &str) -> Option<MemoryAddress<'_>> {
+    let (memory, address) = text.split_once(':')?;
+    (!address.starts_with(':')).then_some(MemoryAddress { memory, address })
 }
 
 /// Parses a number, decimal or with 0x.

@@ -5,7 +5,7 @@ use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use crate::text::input_error::{InputError, malformed};
-use crate::text::time::{CycleClock, parse_decimal, split_unit};
+use crate::text::time::{CycleClock, WrittenQuantity, parse_decimal};
 
 /// Names of the supply for any chip: the usual one, and Atmel's.
 const SUPPLY_NAMES: [&str; 2] = ["VDD", "VCC"];
@@ -271,7 +271,7 @@ fn parse_level(text: &str) -> Option<PinLevel> {
 /// Parses a voltage in whole millivolts: a decimal number and `V` or `mV` (the case of the V is ignored).
 fn parse_millivolts(text: &str) -> Result<u32, InputError> {
     let wanted = || malformed(text, "voltage", "1.25V or 800mV");
-    let (number, unit) = split_unit(text);
+    let WrittenQuantity { number, unit } = WrittenQuantity::split(text);
     let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
     let scaled = match unit {
         "V" | "v" => mantissa * 1_000,

@@ -39,7 +39,7 @@ impl CycleClock {
     /// As [`CycleClock::parse_cycles`].
     pub fn parse_moment(self, text: &str) -> Result<CycleTime, InputError> {
         let wanted = || malformed(text, "time", "2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
-        let (number, unit) = split_unit(text);
+        let WrittenQuantity { number, unit } = WrittenQuantity::split(text);
         let per_cycle = u128::from(self.clocks_per_cycle.max(1));
         let too_long = || {
             let seconds = u128::from(MAX_CYCLES) * per_cycle / u128::from(self.hz.max(1));
@@ -71,7 +71,7 @@ impl CycleClock {
 /// # Errors
 /// Not such a text, zero, or not a whole number of Hz.
 pub fn parse_hertz(text: &str) -> Result<u64, InputError> {
-    let (number, unit) = split_unit(text);
+    let WrittenQuantity { number, unit } = WrittenQuantity::split(text);
     let zeros = match unit.to_ascii_lowercase().as_str() {
         "" | "hz" => 0,
         "khz" => 3,
@@ -99,7 +99,7 @@ pub fn parse_hertz(text: &str) -> Result<u64, InputError> {
 pub fn parse_duration(text: &str) -> Result<Duration, InputError> {
     let wanted = || malformed(text, "time", "30s or 500ms");
     let too_long = || InputError::DurationTooLong { text: text.to_owned() };
-    let (number, unit) = split_unit(text);
+    let WrittenQuantity { number, unit } = WrittenQuantity::split(text);
     if too_many_digits(number) {
         return Err(too_long());
     }
@@ -109,11 +109,20 @@ pub fn parse_duration(text: &str) -> Result<Duration, InputError> {
     u64::try_from(nanos).map(Duration::from_nanos).map_err(|_| too_long())
 }
 
-pub(crate) fn split_unit(text: &str) -> (&str, &str) {
-    let text = text.trim();
-    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let (number, unit) = text.split_at(end);
-    (number, unit.trim_start())
+/// A number with its unit, neither of them checked.
+pub(crate) struct WrittenQuantity<'t> {
+    pub number: &'t str,
+    pub unit: &'t str,
+}
+
+impl WrittenQuantity<'_> {
+    /// Splits a text such as `2.5 ms` behind its number.
+    pub(crate) fn split(text: &str) -> WrittenQuantity<'_> {
+        let text = text.trim();
+        let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+        let (number, unit) = text.split_at(end);
+        WrittenQuantity { number, unit: unit.trim_start() }
+    }
 }
 
 /// Reports whether the integer part has more digits than allowed; leading zeros do not count.

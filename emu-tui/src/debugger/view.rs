@@ -20,7 +20,7 @@ use super::{
 };
 use crate::ScreenStyle;
 use crate::rung_picture::{GlyphInk, PictureGlyph};
-use crate::style::{PaneArea, truncate_text};
+use crate::style::{KeyLabel, PaneArea, key_label, truncate_text};
 
 /// Minimum size (columns, lines) of a useful screen.
 const MIN_SIZE: (u16, u16) = (40, 12);
@@ -33,9 +33,9 @@ const MESSAGE_LINES: u16 = 5;
 
 /// The keys of the footer, in order of importance.
 #[rustfmt::skip]
-const KEYS: [(&str, &str); 12] = [
-    ("s", "step"), ("n", "next"), ("S", "scan"), ("e", "element"), ("c", "continue"), ("space", "run"), ("b", "break"), ("u", "back"),
-    (":", "command"), ("?", "help"), ("q", "quit"), ("r", "rev-cont"),
+const KEYS: [KeyLabel; 12] = [
+    key_label("s", "step"), key_label("n", "next"), key_label("S", "scan"), key_label("e", "element"), key_label("c", "continue"), key_label("space", "run"), key_label("b", "break"), key_label("u", "back"),
+    key_label(":", "command"), key_label("?", "help"), key_label("q", "quit"), key_label("r", "rev-cont"),
 ];
 
 /// Keys that are only useful with a ladder program.
@@ -396,6 +396,6 @@ fn draw_footer<M>(screen: &DebuggerScreen<M>, sight: &DebuggerSnapshot, paper: &
         return crate::style::draw_prompt(paper, line, look);
     }
     let ladder = !sight.symbols.is_empty();
-    let keys: Vec<_> = KEYS.into_iter().filter(|(key, _)| ladder || !LADDER_KEYS.contains(key)).collect();
+    let keys: Vec<_> = KEYS.into_iter().filter(|label| ladder || !LADDER_KEYS.contains(&label.key)).collect();
     crate::style::draw_keys(paper, &keys, look);
 }

@@ -1,6 +1,6 @@
 //! Timers and counters of a program: preset, accumulator, and done bit.
 
-use ladder::{Element, ElementId, LadderOperand, LadderProgram};
+use ladder::{Element, ElementId, LadderOperand, LadderProgram, ProgramElement};
 
 use super::scan_history::PanelMachine;
 use crate::rung_picture::PowerFlowSource;
@@ -33,7 +33,7 @@ pub(super) struct PartRow {
 
 /// The timers and counters of a program, in text order.
 pub(super) fn counting_parts(program: &LadderProgram) -> Vec<CountingPart> {
-    let part = |(id, element, _): (ElementId, &Element, _)| {
+    let part = |ProgramElement { id, element, .. }: ProgramElement<'_>| {
         let (name, limit, timer) = match element {
             Element::Timer { name, delay, .. } => (name, delay, true),
             Element::Counter { name, max, .. } => (name, max, false),
@@ -55,7 +55,7 @@ impl CountingPart {
             LadderOperand::Var(name) => value(name),
             LadderOperand::Const { value, .. } => *value,
         };
-        let out = machine.power_flow(self.id).is_some_and(|(_, went)| went);
+        let out = machine.power_flow(self.id).is_some_and(|power| power.after);
         let (preset, accumulator, at) = if self.timer {
             // The delay of a timer is in microseconds, its accumulator in scans.
             let at = count.saturating_mul(i64::try_from(machine.cycle_us()).unwrap_or(i64::MAX));

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use ladder::{ChipPart, ElementId, LadderProgram, SymbolKind};
-use ladder_eval::{Evaluator, LadderSymbol};
+use ladder::{ChipPart, ElementId, LadderProgram, ProgramElement, SymbolKind};
+use ladder_eval::{ElementPower, Evaluator, LadderSymbol};
 
 use crate::rung_picture::PowerFlowSource;
 
@@ -91,7 +91,7 @@ impl PanelMachine {
         let mut firsts = vec![0];
         let mut rung = 0;
         let mut count = 0;
-        for (id, ..) in program.elements() {
+        for ProgramElement { id, .. } in program.elements() {
             while rung < id.rung {
                 firsts.push(count);
                 rung += 1;
@@ -296,10 +296,10 @@ impl PanelMachine {
 }
 
 impl PowerFlowSource for PanelMachine {
-    fn power_flow(&self, id: ElementId) -> Option<(bool, bool)> {
+    fn power_flow(&self, id: ElementId) -> Option<ElementPower> {
         let at = self.first_elements.get(id.rung as usize)? + id.index as usize;
         let bits = *self.past.back()?.flow.get(at)?;
-        (bits & 1 == 1).then_some((bits & 2 != 0, bits & 4 != 0))
+        (bits & 1 == 1).then_some(ElementPower { before: bits & 2 != 0, after: bits & 4 != 0 })
     }
 
     fn bit_value(&self, name: &str) -> Option<bool> {

@@ -15,7 +15,7 @@ use ratatui_core::style::Style;
 use super::{LadderPanel, PanelPace, parts, rows, wave};
 use crate::ScreenStyle;
 use crate::rung_picture::{self, GlyphInk, PictureGlyph};
-use crate::style::{self, PaneArea, truncate_text};
+use crate::style::{self, KeyLabel, PaneArea, key_label, truncate_text};
 
 /// Minimum size (columns, lines) of a useful screen.
 const MIN_SIZE: (u16, u16) = (32, 10);
@@ -24,16 +24,16 @@ const MIN_SIZE: (u16, u16) = (32, 10);
 const WIDE_FROM: u16 = 76;
 
 /// The keys of the footer, in order of importance.
-const KEYS: [(&str, &str); 9] = [
-    ("space", "scan"),
-    ("r", "clock"),
-    ("g", "free"),
-    ("p", "pause"),
-    ("b", "back"),
-    ("?", "help"),
-    ("q", "quit"),
-    (":", "set"),
-    ("R", "power"),
+const KEYS: [KeyLabel; 9] = [
+    key_label("space", "scan"),
+    key_label("r", "clock"),
+    key_label("g", "free"),
+    key_label("p", "pause"),
+    key_label("b", "back"),
+    key_label("?", "help"),
+    key_label("q", "quit"),
+    key_label(":", "set"),
+    key_label("R", "power"),
 ];
 
 const HELP: &str = "\

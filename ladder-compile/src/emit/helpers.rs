@@ -16,16 +16,19 @@ typedef unsigned long plcU32;
 #endif
 ";
 
-/// A helper: its name and its text.
-type CHelper = (&'static str, &'static str);
+/// A function of C that a program may call.
+struct CHelper {
+    name: &'static str,
+    text: &'static str,
+}
 
 /// Convert the low bits to a signed number.
 ///
 /// They use the compiler's own conversion if it is known to wrap; the alternative is portable.
 const WRAP_HELPERS: [CHelper; 4] = [
-    (
-        "Plc8",
-        "\
+    CHelper {
+        name: "Plc8",
+        text: "\
 static plc8 Plc8(unsigned v)
 {
 #ifdef PLC_WRAPS
@@ -36,10 +39,10 @@ static plc8 Plc8(unsigned v)
 #endif
 }
 ",
-    ),
-    (
-        "Plc16",
-        "\
+    },
+    CHelper {
+        name: "Plc16",
+        text: "\
 static plc16 Plc16(unsigned v)
 {
 #ifdef PLC_WRAPS
@@ -50,20 +53,20 @@ static plc16 Plc16(unsigned v)
 #endif
 }
 ",
-    ),
-    (
-        "Plc24",
-        "\
+    },
+    CHelper {
+        name: "Plc24",
+        text: "\
 static plc32 Plc24(plcU32 v)
 {
     v &= 0xFFFFFFUL;
     return v < 0x800000UL ? (plc32)v : -(plc32)(0xFFFFFFUL - v) - 1;
 }
 ",
-    ),
-    (
-        "Plc32",
-        "\
+    },
+    CHelper {
+        name: "Plc32",
+        text: "\
 static plc32 Plc32(plcU32 v)
 {
 #ifdef PLC_WRAPS
@@ -73,13 +76,13 @@ static plc32 Plc32(plcU32 v)
 #endif
 }
 ",
-    ),
+    },
 ];
 
 const DIVIDE_HELPERS: [CHelper; 2] = [
-    (
-        "PlcDiv16",
-        "\
+    CHelper {
+        name: "PlcDiv16",
+        text: "\
 static plc16 PlcDiv16(plc16 a, plc16 b)
 {
     unsigned x = a < 0 ? 0u - (unsigned)a : (unsigned)a;
@@ -90,10 +93,10 @@ static plc16 PlcDiv16(plc16 a, plc16 b)
     return Plc16((a < 0) != (b < 0) ? 0u - x : x);
 }
 ",
-    ),
-    (
-        "PlcDiv32",
-        "\
+    },
+    CHelper {
+        name: "PlcDiv32",
+        text: "\
 static plc32 PlcDiv32(plc32 a, plc32 b)
 {
     plcU32 x = a < 0 ? 0u - (plcU32)a : (plcU32)a;
@@ -104,14 +107,14 @@ static plc32 PlcDiv32(plc32 a, plc32 b)
     return Plc32((a < 0) != (b < 0) ? 0u - x : x);
 }
 ",
-    ),
+    },
 ];
 
 /// Returns the helpers that `body` calls, directly or through each other.
 pub(super) fn called_helpers(body: &str) -> String {
-    let divides: Vec<&CHelper> = DIVIDE_HELPERS.iter().filter(|(name, _)| calls(body, name)).collect();
-    let needed = |name: &str| calls(body, name) || divides.iter().any(|(_, text)| calls(text, name));
-    let wraps: Vec<&CHelper> = WRAP_HELPERS.iter().filter(|(name, _)| needed(name)).collect();
+    let divides: Vec<&CHelper> = DIVIDE_HELPERS.iter().filter(|helper| calls(body, helper.name)).collect();
+    let needed = |name: &str| calls(body, name) || divides.iter().any(|helper| calls(helper.text, name));
+    let wraps: Vec<&CHelper> = WRAP_HELPERS.iter().filter(|helper| needed(helper.name)).collect();
     let mut text = String::new();
     if !wraps.is_empty() {
         text += "\
@@ -122,12 +125,12 @@ pub(super) fn called_helpers(body: &str) -> String {
 #endif
 ";
     }
-    wraps.iter().for_each(|(_, helper)| text += helper);
+    wraps.iter().for_each(|helper| text += helper.text);
     if !divides.is_empty() {
         text +=
             "\n/* Truncated quotients. x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number / -1 is itself. */\n";
     }
-    divides.iter().for_each(|(_, helper)| text += helper);
+    divides.iter().for_each(|helper| text += helper.text);
     text
 }
 

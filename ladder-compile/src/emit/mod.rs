@@ -13,7 +13,7 @@ mod names;
 mod tables;
 
 use diag::Diagnostic;
-use ladder::{ElementId, LadderProgram};
+use ladder::{ElementId, LadderProgram, ProgramElement};
 
 use crate::ir::{BitId, BitRole, Ir, WordId, WordRole};
 use crate::{element_checks, lower, optimise};
@@ -86,7 +86,7 @@ impl EmitContext<'_> {
 
     /// Elements with their text, in order.
     pub(crate) fn texts(&self) -> Vec<(ElementId, String)> {
-        self.program.elements().map(|(id, element, _)| (id, ladder::element_text(element))).collect()
+        self.program.elements().map(|ProgramElement { id, element, .. }| (id, ladder::element_text(element))).collect()
     }
 
     /// Builds the emitted source with its symbols and memories; `bit` and `word` return number and spelling.

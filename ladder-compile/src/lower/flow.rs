@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use ladder::flow::{ProgramFlow, Subprogram};
-use ladder::{Element, FlowOp};
+use ladder::{Element, FlowOp, ProgramElement};
 
 use super::{Lowering, if_accumulator};
 use crate::ir::{
@@ -66,7 +66,7 @@ impl<'a> Lowering<'a> {
             labels: 0,
         };
         let end = self.program.rungs.len() as u32;
-        for (id, element, _) in self.program.elements() {
+        for ProgramElement { id, element, .. } in self.program.elements() {
             let target = match element {
                 Element::Return => Some(end),
                 Element::Lock => {

@@ -1,7 +1,7 @@
 //! Lowers serial line, strings, converter, PWM output and EEPROM.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{ChipPart, CompareOp, Element, LadderProgram};
+use ladder::{ChipPart, CompareOp, Element, LadderProgram, ProgramElement};
 
 use super::{Lowering, if_accumulator, step_word};
 use crate::ir::{
@@ -31,7 +31,7 @@ pub fn eeprom_cells(program: &LadderProgram) -> Vec<(u16, u8)> {
     let symbols = program.symbols();
     let mut next = 0u16;
     let mut cells = Vec::new();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         if let Element::Persist { name } = element {
             let bytes = symbols.iter().find(|s| s.name == *name).map_or(2, |s| s.bytes);
             cells.push((next, bytes));
@@ -49,7 +49,7 @@ impl Lowering<'_> {
         let cycle = settings.cycle_us.max(1);
         self.ir.uart.send = program.uses_part(ChipPart::Transmitter);
         self.ir.uart.receive = program.uses_part(ChipPart::Receiver);
-        if program.elements().any(|(_, element, _)| matches!(element, Element::UartRecvAvail)) {
+        if program.elements().any(|ProgramElement { element, .. }| matches!(element, Element::UartRecvAvail)) {
             let word = self.new_word_cell("received".to_owned(), WordRole::Memory, 2, 0);
             let waits = self.new_bit("byte waits".to_owned(), BitRole::Memory);
             let take = vec![IrOp::Receive { dst: word }, IrOp::Store { bit: waits, negated: false }];
@@ -59,7 +59,7 @@ impl Lowering<'_> {
         }
         self.set_up_buses();
         let mut duties = Vec::new();
-        for (_, element, _) in program.elements() {
+        for ProgramElement { element, .. } in program.elements() {
             if let Element::SetPwm { duty, .. } = element {
                 duties.push(self.value(duty));
             }

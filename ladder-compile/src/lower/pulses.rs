@@ -1,6 +1,6 @@
 //! Lowers PULSER, NPULSE, STEPPER and QUAD_ENCOD.
 
-use ladder::{CompareOp, Element, LadderOperand, stepper_counters};
+use ladder::{CompareOp, Element, LadderOperand, ProgramElement, stepper_counters};
 
 use super::{Lowering, if_accumulator, step_word};
 use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, WordId, WordOperand, WordRole, min_bytes};
@@ -75,7 +75,7 @@ impl Lowering<'_> {
     /// Gives each NPULSE its word of pulses that are left, which every NPULSE_OFF clears.
     pub(super) fn plan_pulse_trains(&mut self) {
         let program = self.program;
-        for (id, element, _) in program.elements() {
+        for ProgramElement { id, element, .. } in program.elements() {
             if let Element::Npulse { count, .. } = element {
                 self.element = id;
                 let bytes = match self.value(count) {

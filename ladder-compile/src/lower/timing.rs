@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use ladder::symbols::for_each_symbol_use;
 use ladder::{
-    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, TimerKind,
+    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, ProgramElement,
+    TimerKind,
 };
 
 use super::{Lowering, if_accumulator, step_word};
@@ -44,7 +45,7 @@ pub(super) struct CounterStart {
 /// The start values of the counters and, in `ldmicro-5`, of the TOF timers, by name.
 pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, CounterStart> {
     let mut starts: HashMap<&str, CounterStart> = HashMap::new();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         // At power-up LDmicro 5 writes these in order of the text too.
         if let Element::Timer { kind: TimerKind::Tof, name, delay, adjust } = element
             && program.dialect == LadderDialect::Ldmicro5
@@ -75,7 +76,7 @@ pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, CounterSt
 /// The element of each integer that uses it first in a scan.
 fn first_uses(program: &LadderProgram) -> HashMap<String, ElementId> {
     let mut first = HashMap::new();
-    for (id, element, _) in program.elements() {
+    for ProgramElement { id, element, .. } in program.elements() {
         for_each_symbol_use(element, &mut |name, _| _ = first.entry(name.to_owned()).or_insert(id));
     }
     first
@@ -101,7 +102,7 @@ impl Lowering<'_> {
         }
         let first = first_uses(self.program);
         let (mut early, mut late) = (Vec::new(), false);
-        for (id, element, _) in self.program.elements() {
+        for ProgramElement { id, element, .. } in self.program.elements() {
             let Element::Timer { kind: TimerKind::Tof, name, delay, adjust } = element else { continue };
             let Some(limit) = tof_start(self.program, delay, adjust.as_ref()) else { continue };
             if first.get(name) == Some(&id) {

@@ -1,6 +1,6 @@
 //! Lowers comparisons, shift registers, tables and curves.
 
-use ladder::{CompareOp, LadderOperand};
+use ladder::{CompareOp, CurvePoint, LadderOperand};
 
 use super::{Lowering, if_accumulator};
 use crate::ir::{ArithmeticOp, ConstantTable, IrOp, RelationOp, WordComparison, WordId, WordOperand, min_bytes};
@@ -111,9 +111,9 @@ impl Lowering<'_> {
     }
 
     /// Lowers PIECEWISE_LINEAR: a binary search finds the segment of an index up to the last point.
-    pub(super) fn piecewise(&mut self, dest: &str, index: &LadderOperand, points: &[(i64, i64)]) {
+    pub(super) fn piecewise(&mut self, dest: &str, index: &LadderOperand, points: &[CurvePoint]) {
         let (dst, at) = (self.word(dest), self.value(index));
-        let points: Vec<(i32, i32)> = points.iter().map(|&(x, y)| (x as i32, y as i32)).collect();
+        let points: Vec<(i32, i32)> = points.iter().map(|point| (point.x as i32, point.y as i32)).collect();
         let Some(&(last, _)) = points.last().filter(|_| points.len() > 1) else { return };
         let of = |value: WordOperand| match value {
             WordOperand::Cell(word) => self.ir.bytes(word),

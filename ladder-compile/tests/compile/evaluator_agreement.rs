@@ -9,7 +9,7 @@ use crate::common::ir::interp::IrInterpreter;
 use crate::common::ir::interp::boundary_value;
 use crate::common::ladders::{LEFT_OUT, random_ladder};
 use emu_core::rng::Rng;
-use ladder::LadderProgram;
+use ladder::{LadderProgram, ProgramElement};
 use ladder_compile::ir::{Ir, IrOp};
 use ladder_compile::lower::{lower, to_three_address};
 use ladder_compile::optimise::optimise;
@@ -45,7 +45,9 @@ fn random_programs_have_every_element() {
     let mut found = BTreeSet::new();
     for seed in 0..500 {
         let text = random_ladder(&mut Rng::new(seed), seed % 2 == 1);
-        found.extend(crate::common::program(&text).elements().map(|(_, element, _)| element.facts().keyword));
+        found.extend(
+            crate::common::program(&text).elements().map(|ProgramElement { element, .. }| element.facts().keyword),
+        );
     }
     let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
     assert_eq!(missing, LEFT_OUT.iter().map(|row| row.0).collect::<Vec<_>>(), "missing, and left out with a reason");

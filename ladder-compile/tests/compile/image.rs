@@ -2,6 +2,7 @@
 
 use crate::common::{CompiledChip, cases, compiled, options, pairs, program};
 use emu_core::{Cpu, CycleTime, PinLevel, RamInit};
+use ladder::ProgramElement;
 use ladder_compile::{ImageMap, compile};
 
 /// A traffic light program: clock, phases, a request button, five lamps.
@@ -21,7 +22,7 @@ fn complete(name: &str, program: &ladder::LadderProgram) {
     let compiled = compiled(program);
     let map = &compiled.map;
     let listed: Vec<(u32, u32)> = map.elements.iter().map(|e| (e.rung - 1, e.element - 1)).collect();
-    let wanted: Vec<(u32, u32)> = program.elements().map(|(id, ..)| (id.rung, id.index)).collect();
+    let wanted: Vec<(u32, u32)> = program.elements().map(|ProgramElement { id, .. }| (id.rung, id.index)).collect();
     assert_eq!(listed, wanted, "{name}: elements");
     assert_eq!(map.rungs.len(), program.rungs.len(), "{name}: rungs");
     let names = |of: &[String]| of.join(" ");

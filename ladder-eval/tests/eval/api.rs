@@ -109,8 +109,11 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         input,
     };
     let max5 = Element::Counter { kind: CounterKind::Ctu, name: name(), max: var("m"), init: None, input: None };
-    let curve =
-        |points: &[(i64, i64)]| Element::PiecewiseLinear { dest: name(), index: var("m"), points: points.to_vec() };
+    let curve = |points: &[(i64, i64)]| Element::PiecewiseLinear {
+        dest: name(),
+        index: var("m"),
+        points: points.iter().map(|&(x, y)| ladder::CurvePoint { x, y }).collect(),
+    };
     let pwm = |hertz, resolution: Option<&str>| {
         let output = resolution.map(|r| ("Pout".to_owned(), r.to_owned()));
         Element::SetPwm { duty: var("n"), hertz, output }

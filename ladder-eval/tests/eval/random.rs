@@ -13,7 +13,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
+    PowerEffect, ProgramElement, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
 };
 use ladder_eval::{BusEvent, Evaluator};
 use proptest::prelude::*;
@@ -127,7 +127,7 @@ fn every_element_is_generated() {
     for _ in 0..600 {
         let (rungs, flow) = programs.new_tree(&mut runner).expect("rungs").current();
         let program = in_dialect(with_flow(rungs, flow), true, false, Vec::new(), 2500);
-        found.extend(program.elements().map(|(_, element, _)| element.facts().keyword));
+        found.extend(program.elements().map(|ProgramElement { element, .. }| element.facts().keyword));
     }
     let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
     assert_eq!(missing, LEFT_OUT.iter().map(|row| row.0).collect::<Vec<_>>(), "missing, and left out with a reason");
@@ -214,6 +214,7 @@ fn device() -> impl Strategy<Value = Element> {
             if points.len() < 2 {
                 points = vec![(-3, 7), (3, -8)];
             }
+            let points = points.into_iter().map(|(x, y)| ladder::CurvePoint { x, y }).collect();
             Element::PiecewiseLinear { dest, index, points }
         });
     let text = prop_oneof![
@@ -389,7 +390,7 @@ proptest! {
         let program = in_dialect(maybe_with_flow(rungs, flow), five, old, Vec::new(), 2500);
         let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
         cells.iter().enumerate().for_each(|(addr, &byte)| eval.set_eeprom(addr, byte));
-        let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();
+        let elements: HashMap<ElementId, &Element> = program.elements().map(|ProgramElement { id, element, .. }| (id, element)).collect();
         for (a, b, write, ..) in stimulus {
             for (name, value) in [("Xa", a.into()), ("Xb", b.into())].into_iter().chain(write) {
                 eval.index(name).iter().for_each(|&symbol| eval.set(symbol, value as i32));

@@ -1,5 +1,7 @@
 //! Compares the evaluator with the hand-written traces of `tests/ladder`.
 
+use ladder::ProgramElement;
+
 use crate::common;
 use crate::table::{self, Column};
 use ladder_eval::Evaluator;
@@ -53,7 +55,7 @@ fn every_element_has_a_trace() {
     let mut found = BTreeSet::new();
     for case in table::cases() {
         let program = common::parse("test.ld", &case.program);
-        found.extend(program.elements().map(|(_, element, _)| element.facts().keyword));
+        found.extend(program.elements().map(|ProgramElement { element, .. }| element.facts().keyword));
     }
     let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
     assert_eq!(missing, ["PLACEHOLDER"], "tests/ladder has no trace of these; PLACEHOLDER has no meaning");

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use diag::{Diagnostic, Pos, Severity};
 
 use super::codes;
-use super::flow::{Mismatch, ResultType, follow};
+use super::flow::{LineTypes, Mismatch, ResultType, follow};
 use super::model::{IlBinaryOperand, IlBinaryOperator, IlCondition, IlInstruction, IlOperand, IlOperation, IlProgram};
 use super::types::{IecType, StandardBlock};
 
@@ -21,7 +21,7 @@ mod values;
 #[must_use]
 pub fn check(program: &IlProgram) -> Vec<Diagnostic> {
     let mut checker = Checker::new(program);
-    let (before, _) = checker.follow();
+    let before = checker.follow().before;
     let (_, openers) = super::links::parentheses(program);
     checker.is_reporting = true;
     checker.check_declarations();
@@ -38,11 +38,11 @@ pub fn check(program: &IlProgram) -> Vec<Diagnostic> {
 /// Returns the type of the current result after each line of the program.
 #[must_use]
 pub fn result_types(program: &IlProgram) -> Vec<ResultType> {
-    Checker::new(program).follow().1
+    Checker::new(program).follow().after
 }
 
 /// Returns the types of the current result before and after each line of the program.
-pub(super) fn types_around(program: &IlProgram) -> (Vec<ResultType>, Vec<ResultType>) {
+pub(super) fn types_around(program: &IlProgram) -> LineTypes {
     Checker::new(program).follow()
 }
 
@@ -79,7 +79,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn follow(&mut self) -> (Vec<ResultType>, Vec<ResultType>) {
+    fn follow(&mut self) -> LineTypes {
         let program = self.program;
         follow(program, |index, before, waiting| self.transfer(&program.instructions[index], before, waiting))
     }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use super::links::{label_lines, parentheses};
 use super::model::{IlCondition, IlOperation, IlProgram};
@@ -61,8 +62,8 @@ impl ResultType {
     /// Returns the type of two values that are used together.
     pub(super) fn unify(&self, other: &ResultType) -> Result<ResultType, Mismatch> {
         use ResultType::{Number, Of, Sized, Unknown};
-        let number_in = |value: &Option<i64>, (least, most): (i64, i64), unified: &ResultType| match value {
-            Some(value) if *value < least || *value > most => Err(Mismatch::Range),
+        let number_in = |value: &Option<i64>, range: RangeInclusive<i64>, unified: &ResultType| match value {
+            Some(value) if !range.contains(value) => Err(Mismatch::Range),
             _ => Ok(unified.clone()),
         };
         match (self, other) {
@@ -74,7 +75,7 @@ impl ResultType {
             },
             (Number(value), sized @ Sized(bits)) | (sized @ Sized(bits), Number(value)) => {
                 let half = 1_i64 << (bits - 1).min(61);
-                number_in(value, (-half, 2 * half - 1), sized)
+                number_in(value, -half..=2 * half - 1, sized)
             }
             (Sized(bits), typed @ Of(iec_type)) | (typed @ Of(iec_type), Sized(bits)) if size_of(iec_type) == *bits => {
                 Ok(typed.clone())
@@ -108,13 +109,18 @@ pub(super) fn size_of(iec_type: &IecType) -> u32 {
     }
 }
 
+/// Types of the result before and after each line.
+pub(super) struct LineTypes {
+    pub before: Vec<ResultType>,
+    pub after: Vec<ResultType>,
+}
+
 /// Follows all paths. `transfer` returns the type after the line with this index from the type before it and,
-/// for `)`, the line of the operator that waits and the type before it. Returns the types before and after
-/// each line.
+/// for `)`, the line of the operator that waits and the type before it.
 pub(super) fn follow(
     program: &IlProgram,
     mut transfer: impl FnMut(usize, &ResultType, Option<(usize, &ResultType)>) -> ResultType,
-) -> (Vec<ResultType>, Vec<ResultType>) {
+) -> LineTypes {
     let lines = &program.instructions;
     let (_, openers) = parentheses(program);
     let labels = label_lines(program);
@@ -149,5 +155,5 @@ pub(super) fn follow(
             }
         }
     }
-    (before, after)
+    LineTypes { before, after }
 }

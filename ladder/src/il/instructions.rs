@@ -88,13 +88,13 @@ impl<'a> IlReader<'a> {
             self.refuse_not_after(&operator)?;
             return self.operands_of(keyword, &operator);
         }
-        if let Some((base, modifier)) = wrong_modifier(&operator.word) {
-            let cause = format!("{base} does not have the modifier {modifier}");
-            return self.skip(codes::IL_MODIFIER, operator.pos, cause, modifier_hint(base));
+        if let Some(wrong) = wrong_modifier(&operator.word) {
+            let cause = format!("{} does not have the modifier {}", wrong.operator, wrong.modifier);
+            return self.skip(codes::IL_MODIFIER, operator.pos, cause, modifier_hint(wrong.operator));
         }
-        if let Some((vendor, iec)) = vendor_mnemonic(&operator.word) {
-            let cause = format!("{} is a mnemonic of {vendor}", operator.word);
-            return self.skip(codes::IL_VENDOR, operator.pos, cause, format!("write {iec}"));
+        if let Some(row) = vendor_mnemonic(&operator.word) {
+            let cause = format!("{} is a mnemonic of {}", operator.word, row.vendor);
+            return self.skip(codes::IL_VENDOR, operator.pos, cause, format!("write {}", row.iec));
         }
         self.function(&token)
     }

@@ -99,23 +99,29 @@ fn split(upper: &str) -> Option<(&'static str, &'static str)> {
     })
 }
 
+/// An operator with a modifier, as in `LDC`.
+pub(super) struct ModifiedOperator {
+    pub operator: &'static str,
+    pub modifier: &'static str,
+}
+
 /// Splits a word into an input operator or a block and a modifier. None of them has one.
-fn split_block(upper: &str) -> Option<(&'static str, &'static str)> {
+fn split_block(upper: &str) -> Option<ModifiedOperator> {
     let inputs = IlBlockInput::ALL.iter().map(|(_, keyword)| *keyword);
     let names: Vec<&'static str> = inputs.chain(StandardBlock::ALL.iter().map(|block| block.keyword())).collect();
     let mut suffixes = SUFFIXES.into_iter().filter(|modifier| !modifier.is_empty());
     // INC is the increment of many vendors.
     suffixes.find_map(|modifier| {
         let base = upper.strip_suffix(modifier).filter(|_| upper != "INC")?;
-        names.iter().find(|name| **name == base).map(|name| (*name, modifier))
+        names.iter().find(|name| **name == base).map(|operator| ModifiedOperator { operator, modifier })
     })
 }
 
 /// Returns the operator and the modifier of a word such as `LDC`, whose operator does not take that modifier.
-pub(super) fn wrong_modifier(word: &str) -> Option<(&'static str, &'static str)> {
+pub(super) fn wrong_modifier(word: &str) -> Option<ModifiedOperator> {
     let upper = word.to_ascii_uppercase();
     let core = split(&upper).filter(|(base, modifier)| !modifier.is_empty() && !takes(base, modifier));
-    core.or_else(|| split_block(&upper))
+    core.map(|(operator, modifier)| ModifiedOperator { operator, modifier }).or_else(|| split_block(&upper))
 }
 
 /// Returns the modifiers that the operator takes, for a hint.
@@ -141,72 +147,82 @@ pub(super) fn all_keywords() -> impl Iterator<Item = String> {
 }
 
 /// Mnemonics of vendors: mnemonic, vendors, operator of IEC 61131-3 (reference 001, table 2).
-const VENDOR_MNEMONICS: [(&str, &str, &str); 61] = [
-    ("NA", "Siemens (a misprint of AN in some tables)", "ANDN"),
-    ("A", "Siemens", "AND"),
-    ("AN", "Siemens", "ANDN"),
-    ("O", "Siemens", "OR"),
-    ("ON", "Siemens", "ORN"),
-    ("X", "Siemens", "XOR"),
-    ("XN", "Siemens", "XORN"),
-    ("=", "Siemens", "ST"),
-    ("FP", "Siemens", "R_TRIG"),
-    ("FN", "Siemens", "F_TRIG"),
-    ("EU", "Siemens", "R_TRIG"),
-    ("ED", "Siemens", "F_TRIG"),
-    ("ALD", "Siemens", "AND("),
-    ("OLD", "Siemens", "OR("),
-    ("LDI", "Mitsubishi", "LDN"),
-    ("ANI", "Mitsubishi", "ANDN"),
-    ("ORI", "Mitsubishi", "ORN"),
-    ("OUT", "Mitsubishi and Omron", "ST"),
-    ("SET", "Mitsubishi and Omron", "S"),
-    ("RST", "Mitsubishi", "R"),
-    ("RSET", "Omron", "R"),
-    ("ANB", "Mitsubishi", "AND("),
-    ("ORB", "Mitsubishi", "OR("),
-    ("PLS", "Mitsubishi", "R_TRIG"),
-    ("PLF", "Mitsubishi", "F_TRIG"),
-    ("DIFU", "Omron", "R_TRIG"),
-    ("DIFD", "Omron", "F_TRIG"),
-    ("XIC", "Allen-Bradley", "LD or AND"),
-    ("XIO", "Allen-Bradley", "LDN or ANDN"),
-    ("OTE", "Allen-Bradley", "ST"),
-    ("OTL", "Allen-Bradley", "S"),
-    ("OTU", "Allen-Bradley", "R"),
-    ("ONS", "Allen-Bradley", "R_TRIG"),
-    ("RTO", "Allen-Bradley", "TONA"),
-    ("L", "Siemens", "LD"),
-    ("T", "Siemens", "ST"),
-    ("SD", "Siemens", "TON"),
-    ("SE", "Siemens", "TON"),
-    ("SF", "Siemens", "TOF"),
-    ("LPS", "Siemens", "ST x, then LD x"),
-    ("LRD", "Siemens", "ST x, then LD x"),
-    ("LPP", "Siemens", "ST x, then LD x"),
-    ("MPS", "Mitsubishi", "ST x, then LD x"),
-    ("MRD", "Mitsubishi", "ST x, then LD x"),
-    ("MPP", "Mitsubishi", "ST x, then LD x"),
-    ("LDP", "Mitsubishi", "R_TRIG"),
-    ("LDF", "Mitsubishi", "F_TRIG"),
-    ("MOV", "Mitsubishi, Omron and Allen-Bradley", "LD and ST"),
-    ("TIM", "Omron", "TON"),
-    ("CNT", "Omron", "CTD"),
-    ("CNTR", "Omron", "CTUD"),
-    ("BST", "Allen-Bradley", "OR("),
-    ("NXB", "Allen-Bradley", "OR("),
-    ("BND", "Allen-Bradley", "`)`"),
-    ("EQU", "Allen-Bradley", "EQ"),
-    ("NEQ", "Allen-Bradley", "NE"),
-    ("GRT", "Allen-Bradley", "GT"),
-    ("GEQ", "Allen-Bradley", "GE"),
-    ("LES", "Allen-Bradley", "LT"),
-    ("LEQ", "Allen-Bradley", "LE"),
-    ("RES", "Allen-Bradley", "R"),
+const VENDOR_MNEMONICS: [VendorMnemonic; 61] = [
+    vendor_row("NA", "Siemens (a misprint of AN in some tables)", "ANDN"),
+    vendor_row("A", "Siemens", "AND"),
+    vendor_row("AN", "Siemens", "ANDN"),
+    vendor_row("O", "Siemens", "OR"),
+    vendor_row("ON", "Siemens", "ORN"),
+    vendor_row("X", "Siemens", "XOR"),
+    vendor_row("XN", "Siemens", "XORN"),
+    vendor_row("=", "Siemens", "ST"),
+    vendor_row("FP", "Siemens", "R_TRIG"),
+    vendor_row("FN", "Siemens", "F_TRIG"),
+    vendor_row("EU", "Siemens", "R_TRIG"),
+    vendor_row("ED", "Siemens", "F_TRIG"),
+    vendor_row("ALD", "Siemens", "AND("),
+    vendor_row("OLD", "Siemens", "OR("),
+    vendor_row("LDI", "Mitsubishi", "LDN"),
+    vendor_row("ANI", "Mitsubishi", "ANDN"),
+    vendor_row("ORI", "Mitsubishi", "ORN"),
+    vendor_row("OUT", "Mitsubishi and Omron", "ST"),
+    vendor_row("SET", "Mitsubishi and Omron", "S"),
+    vendor_row("RST", "Mitsubishi", "R"),
+    vendor_row("RSET", "Omron", "R"),
+    vendor_row("ANB", "Mitsubishi", "AND("),
+    vendor_row("ORB", "Mitsubishi", "OR("),
+    vendor_row("PLS", "Mitsubishi", "R_TRIG"),
+    vendor_row("PLF", "Mitsubishi", "F_TRIG"),
+    vendor_row("DIFU", "Omron", "R_TRIG"),
+    vendor_row("DIFD", "Omron", "F_TRIG"),
+    vendor_row("XIC", "Allen-Bradley", "LD or AND"),
+    vendor_row("XIO", "Allen-Bradley", "LDN or ANDN"),
+    vendor_row("OTE", "Allen-Bradley", "ST"),
+    vendor_row("OTL", "Allen-Bradley", "S"),
+    vendor_row("OTU", "Allen-Bradley", "R"),
+    vendor_row("ONS", "Allen-Bradley", "R_TRIG"),
+    vendor_row("RTO", "Allen-Bradley", "TONA"),
+    vendor_row("L", "Siemens", "LD"),
+    vendor_row("T", "Siemens", "ST"),
+    vendor_row("SD", "Siemens", "TON"),
+    vendor_row("SE", "Siemens", "TON"),
+    vendor_row("SF", "Siemens", "TOF"),
+    vendor_row("LPS", "Siemens", "ST x, then LD x"),
+    vendor_row("LRD", "Siemens", "ST x, then LD x"),
+    vendor_row("LPP", "Siemens", "ST x, then LD x"),
+    vendor_row("MPS", "Mitsubishi", "ST x, then LD x"),
+    vendor_row("MRD", "Mitsubishi", "ST x, then LD x"),
+    vendor_row("MPP", "Mitsubishi", "ST x, then LD x"),
+    vendor_row("LDP", "Mitsubishi", "R_TRIG"),
+    vendor_row("LDF", "Mitsubishi", "F_TRIG"),
+    vendor_row("MOV", "Mitsubishi, Omron and Allen-Bradley", "LD and ST"),
+    vendor_row("TIM", "Omron", "TON"),
+    vendor_row("CNT", "Omron", "CTD"),
+    vendor_row("CNTR", "Omron", "CTUD"),
+    vendor_row("BST", "Allen-Bradley", "OR("),
+    vendor_row("NXB", "Allen-Bradley", "OR("),
+    vendor_row("BND", "Allen-Bradley", "`)`"),
+    vendor_row("EQU", "Allen-Bradley", "EQ"),
+    vendor_row("NEQ", "Allen-Bradley", "NE"),
+    vendor_row("GRT", "Allen-Bradley", "GT"),
+    vendor_row("GEQ", "Allen-Bradley", "GE"),
+    vendor_row("LES", "Allen-Bradley", "LT"),
+    vendor_row("LEQ", "Allen-Bradley", "LE"),
+    vendor_row("RES", "Allen-Bradley", "R"),
 ];
 
-/// Returns the vendor and the IEC operator of a vendor's mnemonic.
-pub(super) fn vendor_mnemonic(word: &str) -> Option<(&'static str, &'static str)> {
-    let row = VENDOR_MNEMONICS.iter().find(|(mnemonic, ..)| mnemonic.eq_ignore_ascii_case(word))?;
-    Some((row.1, row.2))
+/// A mnemonic that a vendor has instead of an operator of IEC 61131-3.
+pub(super) struct VendorMnemonic {
+    mnemonic: &'static str,
+    pub vendor: &'static str,
+    pub iec: &'static str,
+}
+
+const fn vendor_row(mnemonic: &'static str, vendor: &'static str, iec: &'static str) -> VendorMnemonic {
+    VendorMnemonic { mnemonic, vendor, iec }
+}
+
+/// Returns the row of a vendor's mnemonic.
+pub(super) fn vendor_mnemonic(word: &str) -> Option<&'static VendorMnemonic> {
+    VENDOR_MNEMONICS.iter().find(|row| row.mnemonic.eq_ignore_ascii_case(word))
 }

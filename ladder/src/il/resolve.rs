@@ -10,7 +10,7 @@ use crate::program_parts::{ProgramSettings, SourceStyle};
 
 use super::check::{check, types_around};
 use super::codes;
-use super::flow::ResultType;
+use super::flow::{LineTypes, ResultType};
 use super::implied::with_implied_names;
 use super::links::parentheses;
 use super::model::{IlBinaryOperand, IlInstruction, IlOperation, IlProgram, IlSection};
@@ -110,7 +110,7 @@ struct RungBuilder {
 
 impl<'a> Resolver<'a> {
     fn new(program: &'a IlProgram, declared: usize) -> Self {
-        let (before, after) = types_around(program);
+        let LineTypes { before, after } = types_around(program);
         let (_, openers) = parentheses(program);
         let (table, diagnostics) = SymbolTable::new(program, declared);
         Resolver { program, table, before, after, openers, diagnostics }

@@ -1,5 +1,7 @@
 //! Types, direct addresses, literals and standard function blocks of IEC 61131-3.
 
+use std::ops::RangeInclusive;
+
 use serde::{Serialize, Serializer};
 
 /// A type of a variable (IEC 61131-3, 2.3.1 and 2.5.2.3). REAL, STRING, dates and 64-bit types are refused by
@@ -100,15 +102,15 @@ impl IecType {
 
     /// Returns the smallest and the largest number of an integer or bit string type, `0..=1` for BOOL.
     #[must_use]
-    pub fn range(&self) -> Option<(i64, i64)> {
+    pub fn range(&self) -> Option<RangeInclusive<i64>> {
         Some(match self {
-            IecType::Bool => (0, 1),
-            IecType::Sint => (-128, 127),
-            IecType::Int => (-32_768, 32_767),
-            IecType::Dint => (-2_147_483_648, 2_147_483_647),
-            IecType::Usint | IecType::Byte => (0, 255),
-            IecType::Uint | IecType::Word => (0, 65_535),
-            IecType::Udint | IecType::Dword => (0, 4_294_967_295),
+            IecType::Bool => 0..=1,
+            IecType::Sint => -128..=127,
+            IecType::Int => -32_768..=32_767,
+            IecType::Dint => -2_147_483_648..=2_147_483_647,
+            IecType::Usint | IecType::Byte => 0..=255,
+            IecType::Uint | IecType::Word => 0..=65_535,
+            IecType::Udint | IecType::Dword => 0..=4_294_967_295,
             IecType::Time | IecType::Block(_) | IecType::Named(_) => return None,
         })
     }

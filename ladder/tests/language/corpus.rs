@@ -3,7 +3,7 @@
 use crate::common;
 use std::path::PathBuf;
 
-use ladder::{parse, write};
+use ladder::{ProgramElement, parse, write};
 
 /// The words of each line that is neither blank nor a remark.
 fn words(text: &str) -> Vec<Vec<&str>> {
@@ -19,7 +19,9 @@ fn round_trip(name: &str, text: &str) {
     let again = parse(name, &written).unwrap_or_else(|e| panic!("{name}, written: {e:?}")).program;
     // The written text has its own layout; writing it once more shows that nothing else differs.
     assert_eq!(write(&again), written, "{name}");
-    let elements = |p: &ladder::LadderProgram| p.elements().map(|(id, e, _)| (id, e.clone())).collect::<Vec<_>>();
+    let elements = |p: &ladder::LadderProgram| {
+        p.elements().map(|ProgramElement { id, element: e, .. }| (id, e.clone())).collect::<Vec<_>>()
+    };
     assert_eq!(elements(&again), elements(&program), "{name}");
     assert_eq!(again.settings, program.settings, "{name}");
     assert_eq!((again.format, again.dialect), (program.format, program.dialect), "{name}");
@@ -91,7 +93,9 @@ fn programs_of_ldmicro5() {
         let options = ladder::ParseOptions { dialect };
         let again = ladder::parse_bytes(&name, &written, options).unwrap_or_else(|e| panic!("{name}, written: {e:?}"));
         assert_eq!(ladder::write_bytes(&again.program, again.encoding), written, "{name}");
-        let elements = |p: &ladder::LadderProgram| p.elements().map(|(id, e, _)| (id, e.clone())).collect::<Vec<_>>();
+        let elements = |p: &ladder::LadderProgram| {
+            p.elements().map(|ProgramElement { id, element: e, .. }| (id, e.clone())).collect::<Vec<_>>()
+        };
         assert_eq!(elements(&again.program), elements(&parsed.program), "{name}");
         assert_eq!((&again.program.settings, &again.program.style), (&parsed.program.settings, &parsed.program.style));
         if parsed.warnings.iter().all(|note| note.code != ladder::REWRITTEN) {

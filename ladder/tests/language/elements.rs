@@ -3,7 +3,7 @@
 use crate::common;
 use std::collections::BTreeSet;
 
-use ladder::{SymbolKind, element_text, parse};
+use ladder::{ProgramElement, SymbolKind, element_text, parse};
 
 #[test]
 fn every_element_reads_into_the_model_and_back() {
@@ -20,7 +20,8 @@ fn every_element_reads_into_the_model_and_back() {
                 continue;
             }
         };
-        let found: Vec<_> = program.elements().map(|(id, e, pos)| (id.to_string(), e, pos)).collect();
+        let found: Vec<_> =
+            program.elements().map(|ProgramElement { id, element: e, pos }| (id.to_string(), e, pos)).collect();
         let [(id, element, pos)] = found.as_slice() else { panic!("line {number}: {line} reads as {found:?}") };
         assert_eq!((id.as_str(), pos.line, pos.column), ("rung 1, element 1", 6, 3), "line {number}");
         if format!("{element:?}") != model {

@@ -6,8 +6,8 @@ use crate::common;
 use diag::Pos;
 use ladder::{
     BusOp, BusTransfer, CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram,
-    LdFormat, MathOp, ProgramSettings, Rung, RungNode, SegmentDisplay, ShiftOp, SourceStyle, TimerKind, UnaryOp,
-    VarEntry,
+    LdFormat, MathOp, ProgramElement, ProgramSettings, Rung, RungNode, SegmentDisplay, ShiftOp, SourceStyle, TimerKind,
+    UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -158,7 +158,7 @@ fn element() -> impl Strategy<Value = Element> {
                 .prop_map(|(dest, index, as_string, values)| Element::LookUpTable { dest, index, as_string, values }),
         ),
         boxed(
-            (integer(), operand(), vec((value.clone(), value), 0..6))
+            (integer(), operand(), vec((value.clone(), value).prop_map(|(x, y)| ladder::CurvePoint { x, y }), 0..6))
                 .prop_map(|(dest, index, points)| Element::PiecewiseLinear { dest, index, points }),
         ),
         boxed(("A[a-z0-9]{0,5}", option::of(0u32..=255)).prop_map(|(name, refs)| Element::ReadAdc { name, refs })),
@@ -353,7 +353,7 @@ proptest! {
         let text = ladder::write(&program);
         let parsed = ladder::parse("t", &text).map_err(|e| TestCaseError::fail(format!("{e:?}\n{text}")))?;
         // Under the old header the dialect follows what the program has.
-        let newer = program.elements().any(|(_, element, _)| element.only_ldmicro5_writes());
+        let newer = program.elements().any(|ProgramElement { element, .. }| element.only_ldmicro5_writes());
         let notes: Vec<&str> = parsed.warnings.iter().map(|note| note.code).filter(|code| *code != "LD004").collect();
         let taken = newer && program.dialect == LadderDialect::Ldmicro23;
         prop_assert_eq!(notes, if taken { vec!["LD038"] } else { vec![] }, "{}", text);

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use diag::Diagnostic;
 use diag::text::TextEncoding;
+use ladder::ProgramElement;
 
 const TABLE: &str = include_str!("tables/read.txt");
 
@@ -139,7 +140,7 @@ fn a_program_may_be_in_any_code_page() {
         let front = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\n\nIO LIST\nEND\n\nPROGRAM\nRUNG\n    COMMENT ";
         let file = [front.as_bytes(), comment, b"\nEND\n"].concat();
         let parsed = ladder::parse_bytes("t", &file, ladder::ParseOptions::default()).expect("a program");
-        let found = parsed.program.elements().find_map(|(_, element, _)| match element {
+        let found = parsed.program.elements().find_map(|ProgramElement { element, .. }| match element {
             ladder::Element::Comment(text) => Some(text.trim_end().to_owned()),
             _ => None,
         });
@@ -154,7 +155,7 @@ fn a_program_may_be_in_any_code_page() {
 fn a_text_in_a_code_page_sends_its_bytes() {
     let file = b"LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=9600\nPROGRAM\nRUNG\nFORMATTED_STRING (none) \"\x80\xE9\x81\"\nEND\n";
     let program = ladder::parse_bytes("t", file, ladder::ParseOptions::default()).expect("a program").program;
-    let text = program.elements().find_map(|(_, element, _)| match element {
+    let text = program.elements().find_map(|ProgramElement { element, .. }| match element {
         ladder::Element::FormattedString { text, .. } => Some(text.clone()),
         _ => None,
     });
@@ -205,7 +206,7 @@ fn hints_guess_what_was_meant() {
 fn constant(header: &str, text: &str) -> Option<i64> {
     let file = format!("{header}\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\nRUNG\nMOVE a {text}\nEND\n");
     let program = ladder::parse("t", &file).ok()?.program;
-    program.elements().find_map(|(_, element, _)| match element {
+    program.elements().find_map(|ProgramElement { element, .. }| match element {
         ladder::Element::Move { src: ladder::LadderOperand::Const { value, .. }, .. } => Some(*value),
         _ => None,
     })

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::{MAX_TASKS, PlayEnd, ScenarioPlayer, too_many};
 use crate::play_ops::{InputWrite, PlayAction, PlayOp};
-use crate::verdict::ScenarioOutcome;
 use crate::world::ScenarioWorld;
 
 /// A task that runs in parallel with the steps.
@@ -136,7 +135,7 @@ impl ScenarioPlayer {
     pub(super) fn start_task(&mut self, task: BackgroundTask) -> Result<(), PlayEnd> {
         // Single actions do not count, because they do not repeat.
         if self.tasks.iter().filter(|task| !matches!(task.kind, TaskKind::Once(_))).count() >= MAX_TASKS {
-            return Err((ScenarioOutcome::Failed, task.step, too_many()));
+            return Err(PlayEnd::failed(task.step, too_many()));
         }
         self.tasks.push(task);
         Ok(())

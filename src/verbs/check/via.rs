@@ -8,15 +8,16 @@ use serde::Serialize;
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::input::ReadProgram;
 use crate::shared::output;
+use crate::shared::usage_error::UsageError;
 
 /// Parses the value of `--via`.
-pub fn parse_via(text: &str) -> Result<SourceRoute, String> {
+pub fn parse_via(text: &str) -> Result<SourceRoute, UsageError> {
     match text {
         "native" => Ok(SourceRoute::Native),
         "c" => Ok(SourceRoute::C),
         "arduino" => Ok(SourceRoute::Arduino),
         "bytecode" => Ok(SourceRoute::Bytecode),
-        _ => Err("the routes are native, c, arduino and bytecode".to_owned()),
+        _ => Err(UsageError::malformed("the routes are native, c, arduino and bytecode")),
     }
 }
 

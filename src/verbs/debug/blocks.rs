@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::commands::{find_command, split_command};
+use super::commands::{CommandLine, find_command, split_command};
 use super::shell::{CommandResult, DebugShell};
 
 /// Queue entry after which the next iteration of the running loop begins.
@@ -59,7 +59,7 @@ pub(super) struct UserCommand {
 
 /// Returns whether a line begins a block that ends with `end`.
 fn begins_block(line: &str) -> bool {
-    let Some((word, args)) = split_command(line) else { return false };
+    let Some(CommandLine { word, args }) = split_command(line) else { return false };
     FOREIGN_BLOCKS.contains(&word) && args.is_empty()
         || find_command(word).is_ok_and(|found| BLOCK_COMMANDS.contains(&found.name))
 }

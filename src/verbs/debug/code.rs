@@ -258,7 +258,7 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     if shell.view.is_some() {
         return super::rungs::list(shell, args, out);
     }
-    let (file, first, count) = shell.parse_list_range(args)?;
+    let ListRange { file, first, count } = shell.parse_list_range(args)?;
     let lines = shell.sources.file(&shell.session.scope.lines, &file);
     let lines = lines.ok_or_else(|| format!("the source file {file} is not found"))?;
     let shown: Vec<(u32, &String)> =
@@ -274,19 +274,28 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     Ok(())
 }
 
+/// Lines of a source file.
+struct ListRange {
+    file: String,
+    /// Number of the first line, from 1.
+    first: u32,
+    /// Number of lines.
+    count: u32,
+}
+
 impl DebugShell {
-    /// Parses the argument of `list` into a file, a first line and a number of lines. The argument is empty
-    /// for the next lines or those around the selected call, `-` for the lines before, a line, two lines with
-    /// a comma, or a location.
-    fn parse_list_range(&self, args: &str) -> Result<(String, u32, u32), String> {
+    /// Parses the argument of `list`. It is empty for the next lines or those around the selected call, `-`
+    /// for the lines before, a line, two lines with a comma, or a location.
+    fn parse_list_range(&self, args: &str) -> Result<ListRange, String> {
         let size = self.list_size;
-        let around = |(file, line): (String, u32)| (file, line.saturating_sub(size / 2).max(1), size);
+        let around =
+            |(file, line): (String, u32)| ListRange { file, first: line.saturating_sub(size / 2).max(1), count: size };
         match (args, self.listed.clone()) {
-            ("" | "+", Some((file, next))) => return Ok((file, next, size)),
+            ("" | "+", Some((file, next))) => return Ok(ListRange { file, first: next, count: size }),
             ("-", Some((file, next))) => {
                 let end = next.saturating_sub(size).max(1);
                 let first = end.saturating_sub(size).max(1);
-                return Ok((file, first, end - first));
+                return Ok(ListRange { file, first, count: end - first });
             }
             ("" | "+" | "-", _) => {
                 // As in gdb, before the program has reached a source line, the lines that lead to main are
@@ -307,7 +316,7 @@ impl DebugShell {
             if first.trim().is_empty() {
                 let (file, last) = self.parse_line(last.trim())?;
                 let first = last.saturating_sub(size.saturating_sub(1)).max(1);
-                return Ok((file, first, last.saturating_sub(first).saturating_add(1)));
+                return Ok(ListRange { file, first, count: last.saturating_sub(first).saturating_add(1) });
             }
             let (file, first) = self.parse_line(first.trim())?;
             let last = match last.trim() {
@@ -318,7 +327,7 @@ impl DebugShell {
                     None => self.parse_line(last)?.1,
                 },
             };
-            return Ok((file, first, last.saturating_sub(first).saturating_add(1)));
+            return Ok(ListRange { file, first, count: last.saturating_sub(first).saturating_add(1) });
         }
         self.parse_line(args).map(around)
     }

@@ -168,9 +168,17 @@ pub const COMMANDS: &[DebugCommand] = &[
     command(Session, "quit",          &["q", "exit"], "[CODE]",    No,   files::quit,        "end the session"),
 ];
 
-/// Splits a line into its first word and the rest: `x/8xb buf` is `x` and `/8xb buf`. Returns `None` if the
-/// line is empty or a comment.
-pub fn split_command(line: &str) -> Option<(&str, &str)> {
+/// A line of the debugger: `x/8xb buf` has the word `x` and the arguments `/8xb buf`.
+#[derive(Debug, PartialEq, Eq)]
+pub struct CommandLine<'l> {
+    /// The command's name, or a prefix of it.
+    pub word: &'l str,
+    /// The rest of the line, trimmed.
+    pub args: &'l str,
+}
+
+/// Splits a line into its first word and the rest. Returns `None` if the line is empty or a comment.
+pub fn split_command(line: &str) -> Option<CommandLine<'_>> {
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
         return None;
@@ -181,7 +189,7 @@ pub fn split_command(line: &str) -> Option<(&str, &str)> {
         .find(|(_, c)| !c.is_ascii_alphanumeric() && !matches!(c, '-' | '_'))
         .map_or(line.len(), |(at, _)| at);
     let (word, rest) = line.split_at(end);
-    Some((word, rest.trim()))
+    Some(CommandLine { word, args: rest.trim() })
 }
 
 /// Commands of gdb that are not available, each with a replacement or the reason.
@@ -243,8 +251,8 @@ fn help(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
         return Ok(());
     }
     if !args.is_empty() {
-        let (word, rest) = split_command(args).unwrap_or((args, ""));
-        if find_command(word).is_ok_and(|command| command.name == "info") && rest.is_empty() {
+        let CommandLine { word, args } = split_command(args).unwrap_or(CommandLine { word: args, args: "" });
+        if find_command(word).is_ok_and(|command| command.name == "info") && args.is_empty() {
             info::list_topics(out);
             return Ok(());
         }
@@ -331,7 +339,7 @@ mod tests {
             assert_eq!(find_command(word).map(|command| command.name), Ok(wanted), "{word}");
         }
         assert!(find_command("re").is_err_and(|why| why.contains("reset, reverse-stepi")));
-        assert_eq!(split_command("x/8xb buf"), Some(("x", "/8xb buf")));
+        assert_eq!(split_command("x/8xb buf"), Some(CommandLine { word: "x", args: "/8xb buf" }));
         assert_eq!(split_command("# nothing"), None);
     }
 

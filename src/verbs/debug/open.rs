@@ -21,6 +21,7 @@ use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::scenarios::ScenarioFile;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::sources::SourceFiles;
+use crate::shared::usage_error::UsageError;
 use crate::shared::{input, pic16, scenarios, snapshots, store};
 use crate::verbs::compile::parse_pin_assignment;
 use crate::verbs::run::{RamChoice, parse_ram};
@@ -60,24 +61,25 @@ pub struct DebugSubject {
 }
 
 /// Parses the value of `--ram`; the check for reads of unwritten RAM is not available here.
-fn parse_ram_init(text: &str) -> Result<RamInit, String> {
+fn parse_ram_init(text: &str) -> Result<RamInit, UsageError> {
     match parse_ram(text) {
         Ok(RamChoice::Fill(init)) => Ok(init),
-        _ => Err("write random:SEED or zero".to_owned()),
+        _ => Err(UsageError::malformed("write random:SEED or zero")),
     }
 }
 
 /// Parses a number of bytes: 64M, 500k, 1G, 4096.
-fn parse_byte_count(text: &str) -> Result<usize, String> {
-    let wrong = || format!("`{text}` is not a number of bytes; write 64M, 500k or 1G");
+fn parse_byte_count(text: &str) -> Result<usize, UsageError> {
+    let expected = "write 64M, 500k or 1G".into();
+    let wrong = UsageError::MalformedPart { part: text.to_owned(), wanted: "a number of bytes", expected };
     let (digits, shift) = match text.char_indices().last() {
         Some((at, 'k' | 'K')) => (&text[..at], 10),
         Some((at, 'm' | 'M')) => (&text[..at], 20),
         Some((at, 'g' | 'G')) => (&text[..at], 30),
         _ => (text, 0),
     };
-    let number: usize = digits.parse().map_err(|_| wrong())?;
-    number.checked_mul(1 << shift).ok_or_else(wrong)
+    let number: usize = digits.parse().map_err(|_| wrong.clone())?;
+    number.checked_mul(1 << shift).ok_or(wrong)
 }
 
 /// A session with its ladder program, source texts and files.

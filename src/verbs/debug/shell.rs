@@ -10,7 +10,7 @@ use emu_debug::debug::{DebugExpression, DebugSession, HaltReason};
 use ladder_view::LadderView;
 
 use super::blocks::{BlockKind, OpenBlock, UserCommand};
-use super::commands::{self, RepeatKind};
+use super::commands::{self, CommandLine, RepeatKind};
 use super::displays::DisplayedExpression;
 use super::open::OpenedSession;
 use crate::shared::fail::exit;
@@ -178,7 +178,7 @@ impl DebugShell {
         self.last_line.clear();
         let flow = self.dispatch(&line, out);
         if let Some((command, args)) =
-            commands::split_command(&line).and_then(|(word, args)| Some((commands::find_command(word).ok()?, args)))
+            commands::split_command(&line).and_then(|line| Some((commands::find_command(line.word).ok()?, line.args)))
         {
             self.last_line = match command.repeat {
                 RepeatKind::No => String::new(),
@@ -243,7 +243,7 @@ impl DebugShell {
     }
 
     fn dispatch(&mut self, line: &str, out: &mut String) -> ShellFlow {
-        let Some((word, args)) = commands::split_command(line) else { return self.flow_after() };
+        let Some(CommandLine { word, args }) = commands::split_command(line) else { return self.flow_after() };
         if self.queue_user_command(word, args) || self.open_foreign_block(word, args) {
             return self.flow_after();
         }

@@ -18,6 +18,7 @@ use emu_tui::debugger::{
 use emu_tui::rung_picture::{self, PowerFlowSource};
 use emu_tui::screen;
 use ladder::ElementId;
+use ladder_eval::ElementPower;
 use ladder_view::ScanPosition;
 
 use super::shell::{DebugShell, ShellFlow};
@@ -355,10 +356,10 @@ struct RungPowerFlow {
 }
 
 impl PowerFlowSource for RungPowerFlow {
-    fn power_flow(&self, element: ElementId) -> Option<(bool, bool)> {
+    fn power_flow(&self, element: ElementId) -> Option<ElementPower> {
         // The result of an element is shown only after it was computed.
         if self.moment.current_element() == Some(element) {
-            Some((self.moment.is_powered_here(), false))
+            Some(ElementPower { before: self.moment.is_powered_here(), after: false })
         } else {
             self.moment.power(element)
         }

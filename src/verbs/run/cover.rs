@@ -51,8 +51,13 @@ impl CoverageFlags {
     }
 }
 
-/// The text of the summary, and named members of the JSON document.
-type CoverageReport = (String, Vec<(&'static str, Value)>);
+/// What a run reports about its coverage and profile.
+pub struct CoverageReport {
+    /// The text of the summary.
+    pub text: String,
+    /// Named members of the JSON document.
+    pub members: Vec<(&'static str, Value)>,
+}
 
 /// The coverage and profile of one run, with their open output files.
 pub struct CoverageRun<'a> {
@@ -254,7 +259,7 @@ impl<'a> CoverageRun<'a> {
             text.push_str(&report.text());
             members.push(("profile", report.document()));
         }
-        Ok((text, members))
+        Ok(CoverageReport { text, members })
     }
 }
 

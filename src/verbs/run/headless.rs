@@ -20,7 +20,7 @@ use emu_debug::{
 use scenario::ScenarioVerdict;
 
 use super::RunArgs;
-use super::cover::{CoverageAndProfile, CoverageRun};
+use super::cover::{CoverageAndProfile, CoverageReport, CoverageRun};
 use super::plan::{PlannedRun, check_pins_exist, exit_code, missing_expected_text, plan_run};
 use super::scenario::{ScenarioHost, ScenarioSetup};
 use super::snapshot::RunSnapshots;
@@ -171,7 +171,7 @@ impl RunJob<'_> {
         avr::warn_clock_change(cpu, &self.avr);
         let reports = cover.write_reports(&coverage, &source);
         outputs_written?;
-        let (coverage_text, json_members) = reports?;
+        let CoverageReport { text: coverage_text, members: json_members } = reports?;
         let scenario_verdict = scenario.as_ref().zip(verdict.as_ref());
         if let (RunEnd::Finished, Some(text)) = (ended.reason, missing_expected_text(plan, &ended)) {
             let text = text.escape_ascii();

@@ -7,7 +7,7 @@ use emu_debug::ProgramSource;
 use emu_debug::coverage::lcov::{BranchCount, FunctionCount, LcovRecord};
 use emu_debug::coverage::{CoveredInstruction, CoveredShare};
 use emu_debug::run::ReadMemory;
-use ladder::{LadderProgram, ReadOptions};
+use ladder::{LadderProgram, ProgramElement, ReadOptions};
 use ladder_compile::{CellLocation, ImageMap};
 
 use super::trace;
@@ -45,7 +45,7 @@ impl MappedLadder {
             .map(|file| input::read_program(file, ReadOptions::default(), true, terminal).map(|read| read.program))
             .transpose()?;
         if let (Some(program), Some(file)) = (&program, ladder) {
-            let texts = program.elements().map(|(_, element, _)| ladder::element_text(element));
+            let texts = program.elements().map(|ProgramElement { element, .. }| ladder::element_text(element));
             if !texts.eq(parsed.elements.iter().map(|element| element.text.clone())) {
                 let cause = format!("has other elements than the map {map}");
                 let hint = "give the program that was compiled, or compile it again";
@@ -70,7 +70,7 @@ impl MappedLadder {
     /// Returns counters for the elements that are bits: contacts and coils. `None` without a program.
     pub fn elements(&self) -> Option<ElementCounts> {
         let program = self.program.as_ref()?;
-        let bits = program.elements().enumerate().filter_map(|(i, (_, element, _))| {
+        let bits = program.elements().enumerate().filter_map(|(i, ProgramElement { element, .. })| {
             let mut location = None;
             ladder::symbols::for_each_symbol_use(element, &mut |name, _| {
                 let symbol = self.map.symbols.iter().find(|symbol| symbol.name == name);
@@ -101,7 +101,7 @@ impl MappedLadder {
             let Some(count) = count(mapped.start, mapped.end) else { continue };
             record.functions.push(FunctionCount { line: rung.pos.line, name: format!("rung {}", mapped.rung), count });
         }
-        for (i, ((_, _, pos), mapped)) in program.elements().zip(&self.map.elements).enumerate() {
+        for (i, (ProgramElement { pos, .. }, mapped)) in program.elements().zip(&self.map.elements).enumerate() {
             // An element without code counts as executed whenever its rung is.
             let rung = self.map.rungs.iter().find(|rung| rung.rung == mapped.rung);
             let execution_count =

@@ -1,12 +1,13 @@
 //! `--vcd-add`: resolves names of registers, memory and ladder symbols to signals.
 
+use diag::nearest;
 use emu_core::cpu::Cpu;
 use emu_debug::ProgramSource;
 use emu_debug::bit_space::BIT_SPACE;
 use emu_debug::trace::{SignalSource, TraceSignal, register_bits};
 use ladder_compile::{CellLocation, ImageMap};
 
-use diag::nearest;
+use crate::shared::usage_error::UsageError;
 
 /// Maximum size of a signal, in bytes.
 const MAX_SIGNAL_BYTES: u32 = 8;
@@ -18,11 +19,11 @@ pub fn parse_signal<C: Cpu>(
     cpu: &C,
     source: &ProgramSource<'_>,
     map: Option<&ImageMap>,
-) -> Result<TraceSignal, String> {
+) -> Result<TraceSignal, UsageError> {
     let (chip, text) = (cpu.chip(), text.trim());
     let name: String = text.chars().filter(|c| !c.is_whitespace()).collect();
     if name.is_empty() || name.chars().any(|c| c.is_control() || !c.is_ascii()) {
-        return Err("a signal is named by a word of ASCII".to_owned());
+        return Err(UsageError::SignalName);
     }
     if let Some(symbol) = map.and_then(|map| map.symbols.iter().find(|symbol| symbol.name == text)) {
         let (source, bits) = match &symbol.place {
@@ -51,19 +52,19 @@ pub fn parse_signal<C: Cpu>(
         (Err(why), _) => {
             let suggestion = map.and_then(|map| nearest(text, map.symbols.iter().map(|symbol| symbol.name.as_str())));
             return Err(match suggestion {
-                Some(suggestion) => format!("is unknown; did you mean `{suggestion}`?"),
-                None => why.to_string(),
+                Some(near) => UsageError::MisspeltSignal { near: near.to_owned() },
+                None => why.into(),
             });
         }
     };
     let width = chip.bytes_per_address(range.space);
     let len = (range.end - range.start).saturating_mul(width);
     if len > MAX_SIGNAL_BYTES {
-        return Err(format!("has {len} bytes; a signal has at most {MAX_SIGNAL_BYTES}"));
+        return Err(UsageError::SignalTooLong { bytes: len, most: MAX_SIGNAL_BYTES });
     }
     let is_single_bit = range.space == BIT_SPACE || chip.is_bit_controller() && width == 1;
     if is_single_bit && len > 1 {
-        return Err("names several bits; add them one by one".to_owned());
+        return Err(UsageError::SeveralBits);
     }
     let addr = range.start * width;
     let source = if is_single_bit {
@@ -75,14 +76,14 @@ pub fn parse_signal<C: Cpu>(
 }
 
 /// Finds a memory of the chip by the name in a map.
-fn find_space<C: Cpu>(cpu: &C, space: &str) -> Result<&'static str, String> {
+fn find_space<C: Cpu>(cpu: &C, space: &str) -> Result<&'static str, UsageError> {
     let chip = cpu.chip();
     let found = chip.spaces.iter().map(|(name, ..)| *name).find(|name| *name == space);
-    found.ok_or_else(|| format!("the map has it in `{space}`, but {} has no such memory", chip.name))
+    found.ok_or_else(|| UsageError::UnknownMemory { space: space.to_owned(), chip: chip.name })
 }
 
 /// Returns the signal if the machine has all its bytes, otherwise an error.
-fn check_signal_exists<C: Cpu>(signal: TraceSignal, cpu: &C) -> Result<TraceSignal, String> {
+fn check_signal_exists<C: Cpu>(signal: TraceSignal, cpu: &C) -> Result<TraceSignal, UsageError> {
     let (space, addr, len) = match signal.source {
         SignalSource::Register(_) => return Ok(signal),
         SignalSource::Bytes(space, addr, len) => (space, addr, len),
@@ -90,10 +91,9 @@ fn check_signal_exists<C: Cpu>(signal: TraceSignal, cpu: &C) -> Result<TraceSign
     };
     match (addr..addr.saturating_add(len)).find(|&addr| cpu.peek(space, addr).is_none()) {
         None => Ok(signal),
-        Some(addr) => Err(format!(
-            "{} has no memory at {space}:0x{:x}",
-            cpu.chip().name,
-            addr / cpu.chip().bytes_per_address(space)
-        )),
+        Some(addr) => {
+            let addr = addr / cpu.chip().bytes_per_address(space);
+            Err(UsageError::NoMemoryAt { chip: cpu.chip().name, space, addr })
+        }
     }
 }

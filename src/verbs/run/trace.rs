@@ -16,6 +16,7 @@ use crate::shared::codes::{NOT_A_MAP, file_error};
 use crate::shared::fail::VerbFailure;
 use crate::shared::output::PendingFile;
 use crate::shared::report::FileTexts;
+use crate::shared::usage_error::UsageError;
 use crate::shared::{input, output};
 use crate::verbs::run::summary;
 
@@ -64,9 +65,9 @@ enum TraceFormatFlag {
     Json,
 }
 
-fn parse_trace_last(text: &str) -> Result<usize, String> {
+fn parse_trace_last(text: &str) -> Result<usize, UsageError> {
     let lines = text.parse().ok().filter(|lines| (1..=MAX_TRACE_LAST).contains(lines));
-    lines.ok_or_else(|| format!("write a number of lines, 1 to {MAX_TRACE_LAST}"))
+    lines.ok_or_else(|| UsageError::malformed(format!("write a number of lines, 1 to {MAX_TRACE_LAST}")))
 }
 
 /// The flags of traces, resolved for the chosen machine.
@@ -180,15 +181,15 @@ fn add_trace_range(
     text: &str,
     source: &ProgramSource<'_>,
     map: Option<&ImageMap>,
-) -> Result<(), String> {
+) -> Result<(), UsageError> {
     let (names, chip) = (&source.names, source.names.chip);
     if let Some(number) = text.trim().strip_prefix("rung:") {
-        let Some(map) = map else { return Err("rungs need the map of the program: --map FILE".to_owned()) };
+        let Some(map) = map else { return Err(UsageError::RungWithoutMap) };
         let rung = number.trim().parse().ok().and_then(|n: u32| map.rungs.iter().find(|rung| rung.rung == n));
-        let rung = rung.ok_or_else(|| format!("the program has the rungs 1 to {}", map.rungs.len()))?;
+        let rung = rung.ok_or(UsageError::UnknownRung { count: map.rungs.len() })?;
         words.add(rung.start / chip.word_bytes, rung.end.div_ceil(chip.word_bytes));
         if rung.start >= rung.end {
-            return Err("that rung has no code".to_owned());
+            return Err(UsageError::RungWithoutCode);
         }
         return Ok(());
     }
@@ -222,7 +223,7 @@ fn add_trace_range(
         }
     };
     if first >= last {
-        return Err("contains no instruction: its end is excluded".to_owned());
+        return Err(UsageError::EmptyRange { what: "instruction" });
     }
     words.add(first, last);
     Ok(())
@@ -235,17 +236,24 @@ fn add_line_words(
     (file, first): (&str, &str),
     end: Option<&str>,
     source: &ProgramSource<'_>,
-) -> Result<(), String> {
-    let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is not a line; write main.c:10..20"));
+) -> Result<(), UsageError> {
+    let number = |text: &str| {
+        text.parse::<u32>().map_err(|_| UsageError::MalformedPart {
+            part: text.to_owned(),
+            wanted: "a line",
+            expected: "write main.c:10..20".into(),
+        })
+    };
     let first = number(first)?;
     let end = end.map_or(Ok(first.saturating_add(1)), number)?;
     if first >= end {
-        return Err("contains no line: its end is excluded".to_owned());
+        return Err(UsageError::EmptyRange { what: "line" });
     }
     // At least one line of the range exists, so the file name is valid.
     let known = (first..end).take(1 << 16).find_map(|line| source.lines.addresses_of_line(file, line).ok());
     if known.is_none() {
-        return source.lines.addresses_of_line(file, first).map(|_| ()).map_err(|error| error.to_string());
+        source.lines.addresses_of_line(file, first)?;
+        return Ok(());
     }
     let chip = source.names.chip;
     let is_file = |path: &str| path == file || path.ends_with(&format!("/{file}"));

@@ -1,6 +1,6 @@
 //! Times of a waveform: ticks of its time scale, and labels of the time axis.
 
-use emu_debug::CycleClock;
+use emu_debug::{CycleClock, InputError};
 use vcd::TimescaleUnit;
 
 /// Femtoseconds per second.
@@ -32,9 +32,9 @@ impl WaveTimescale {
     }
 
     /// Parses a time and returns its tick: `10ms`, or `5c` for tick 5.
-    pub fn ticks(self, text: &str) -> Result<u64, String> {
+    pub fn ticks(self, text: &str) -> Result<u64, InputError> {
         if text.trim().ends_with('c') {
-            return Ok(CycleClock { hz: 1, clocks_per_cycle: 1 }.parse_cycles(text)?);
+            return CycleClock { hz: 1, clocks_per_cycle: 1 }.parse_cycles(text);
         }
         // Ticks longer than a second are whole seconds.
         let per_second = u64::try_from(SECOND / self.step).unwrap_or(u64::MAX).max(1);

@@ -6,14 +6,14 @@ use emu_core::chip::Chip;
 
 use super::super::common::{bytes, constant, ignore_directive, include, message, purge, reserve_room, words};
 use super::super::{
-    AsmDialect, AsmDirective, AsmRefusal, C_OPERATORS, DialectHooks, ProvidedInclude, ReadFlow, SectionContent,
-    UnaryOperator,
+    AsmDialect, AsmDirective, C_OPERATORS, DialectHooks, ProvidedInclude, ReadFlow, SectionContent, UnaryOperator,
 };
 use super::atmel_names::further_names;
 use super::{AVR, longs, section};
+use crate::NamedText;
 use crate::arguments::scan_name;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{AsmRefusal, CauseAndHint, LineFault};
 use crate::lines::{AsmLine, RewrittenText, byte, trim};
 use crate::symbols::AsmSymbolKind;
 use crate::value::AsmValue;
@@ -57,7 +57,7 @@ pub(super) const ATMEL: AsmDialect = AsmDialect {
         names_io_addresses: |_| true,
         digit_groups: Some('_'),
         cut,
-        no_bytes: |_| Some(("a program cannot fill RAM".to_owned(), "reserve room with .byte, as in `.byte 2`".to_owned())),
+        no_bytes: |_| Some(CauseAndHint::new("a program cannot fill RAM", "reserve room with .byte, as in `.byte 2`")),
         ..DialectHooks::NONE
     },
     directives: &[
@@ -220,17 +220,17 @@ fn cut(_: &Chip, kind: &str, width: u32, value: i64) -> Option<(i64, Option<AsmR
         "target" => Some((value.saturating_mul(WORD.into()), None)),
         "constant" if width == 8 && !(-0x80..0x100).contains(&value) => {
             let cause = format!("{value} does not fit into 8 bits: its upper bits are dropped");
-            Some((value & 0xFF, Some(("ASM030", cause, "select the bits with low() or &".to_owned()))))
+            Some((value & 0xFF, Some(AsmRefusal::new("ASM030", cause, "select the bits with low() or &"))))
         }
         _ => None,
     }
 }
 
 /// Returns a macro line with its arguments substituted for `@0` to `@9`, and its labels renamed.
-pub(crate) fn substitute_numbered(dialect: &AsmDialect, line: &AsmLine, values: &[(String, String)]) -> AsmLine {
+pub(crate) fn substitute_numbered(dialect: &AsmDialect, line: &AsmLine, values: &[NamedText]) -> AsmLine {
     let text: &str = &line.text;
     let (mut out, mut at, mut done) = (RewrittenText::default(), 0, 0);
-    let value = |name: &str| values.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str());
+    let value = |name: &str| values.iter().find(|value| value.name == name).map(|value| value.text.as_str());
     while at < text.len() {
         let end = match scan_name(dialect, text, at) {
             _ if byte(text, at) == b'@' => at + 2,

@@ -5,6 +5,7 @@
 
 use super::super::ProvidedInclude;
 use super::atmel;
+use crate::NamedText;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::trim;
@@ -33,8 +34,8 @@ const MACROS: &[(&str, &str)] = &[
 ];
 
 /// Returns the macros as definitions.
-pub(super) fn macros() -> impl Iterator<Item = (String, String)> {
-    MACROS.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()))
+pub(super) fn macros() -> impl Iterator<Item = NamedText> {
+    MACROS.iter().map(|(name, text)| NamedText::new(*name, *text))
 }
 
 /// Returns the number that the program defines as the offset; `None` if it defines none, or not as a number.

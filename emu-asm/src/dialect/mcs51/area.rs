@@ -5,10 +5,10 @@
 
 use std::collections::BTreeMap;
 
-use super::layout::{AreaMemory, AreaShape, PlacementFault, layout};
+use super::layout::{AbsolutePart, AreaMemory, AreaShape, PlacementFault, layout};
 use crate::dialect::SectionContent;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{CauseAndHint, LineFault};
 use crate::lines::{AsmLine, trim};
 use crate::sections::AsmSection;
 
@@ -32,7 +32,7 @@ pub(super) struct PassAreas {
     open: Option<(usize, i64)>,
     /// If no area is open: where the open part of an ASM51 section began; then the closed parts.
     part_start: i64,
-    absolute_parts: Vec<(AreaMemory, i64, i64)>,
+    absolute_parts: Vec<AbsolutePart>,
     /// Values of the previous pass: `s_NAME` and `l_NAME` (first address and size of each area), and segment
     /// names.
     limits: BTreeMap<String, i64>,
@@ -185,7 +185,7 @@ fn leave_fixed(asm: &mut Assembler<'_>) {
     let here = asm.out.next_address();
     let areas = &mut asm.family_state.mcs51.areas;
     if here > areas.part_start {
-        areas.absolute_parts.push((memory, areas.part_start, here - areas.part_start));
+        areas.absolute_parts.push(AbsolutePart { memory, at: areas.part_start, size: here - areas.part_start });
     }
     areas.part_start = here;
 }
@@ -217,15 +217,18 @@ pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 }
 
 /// Returns cause and hint for bytes in an area of RAM, which cannot hold them.
-pub(super) fn why_no_bytes(asm: &Assembler<'_>) -> Option<(String, String)> {
+pub(super) fn why_no_bytes(asm: &Assembler<'_>) -> Option<CauseAndHint> {
     let (number, _) = asm.family_state.mcs51.areas.open?;
     let AreaShape { name, class, .. } = &asm.family_state.mcs51.areas.all.get(number)?.shape;
     if class.is_some() {
         let cause = format!("the segment {name} is not in program memory, so a program cannot fill it");
-        return Some((cause, format!("write `{name} segment code`, or reserve space with ds")));
+        return Some(CauseAndHint::new(cause, format!("write `{name} segment code`, or reserve space with ds")));
     }
     let cause = format!("the area {name} is in RAM, so a program cannot fill it");
-    Some((cause, format!("write `.area {name} (CODE)` at its first occurrence, or reserve space with .ds")))
+    Some(CauseAndHint::new(
+        cause,
+        format!("write `.area {name} (CODE)` at its first occurrence, or reserve space with .ds"),
+    ))
 }
 
 /// Places the areas at the end of a pass.

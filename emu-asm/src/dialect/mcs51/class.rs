@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use super::super::common::constant;
 use super::segment;
-use crate::dialect::AsmRefusal;
 use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::AsmRefusal;
 use crate::symbols::AsmSymbolKind;
 
 /// What an address refers to.
@@ -87,5 +87,5 @@ pub(super) fn mismatch(asm: &Assembler<'_>, name: &str, kind: &str, n: i32) -> O
             format!("write `#{name}` for the address as a number"),
         ),
     };
-    Some(("ASM039", cause, hint))
+    Some(AsmRefusal::new("ASM039", cause, hint))
 }

@@ -33,6 +33,15 @@ pub(super) struct SegmentClass {
     pub at: Option<i64>,
 }
 
+/// A part of an absolute section of ASM51.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AbsolutePart {
+    pub memory: AreaMemory,
+    /// Its first address.
+    pub at: i64,
+    pub size: i64,
+}
+
 /// An area as the linker sees it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct AreaShape {
@@ -182,7 +191,7 @@ struct AreaLinker<'a> {
 
 /// Places areas in a RAM of `ram` bytes. `fixed` are the parts of ASM51's absolute sections and `banks` the
 /// register banks in use; segments of AX51 leave both free.
-pub(super) fn layout(shapes: &[AreaShape], fixed: &[(AreaMemory, i64, i64)], banks: u8, ram: usize) -> AreaLayout {
+pub(super) fn layout(shapes: &[AreaShape], fixed: &[AbsolutePart], banks: u8, ram: usize) -> AreaLayout {
     let mut linker = AreaLinker {
         shapes,
         ram: AddressOwners(vec![None; ram.clamp(0x80, 0x100)]),
@@ -353,13 +362,13 @@ impl AreaLinker<'_> {
 
     /// Places segments of AX51 in the order of BL51 (its manual, "Locating segments"), each in the first gap:
     /// bits and bit-addressable bytes from 20h, DATA, IDATA, and the stack after all others.
-    fn place_segments(&mut self, fixed: &[(AreaMemory, i64, i64)], banks: u8) {
+    fn place_segments(&mut self, fixed: &[AbsolutePart], banks: u8) {
         // An owner that is not a segment.
         let nobody = self.shapes.len();
         for bank in (0..4).filter(|bank| banks >> bank & 1 == 1) {
             self.ram.take(bank * 8, 8, nobody);
         }
-        for &(memory, at, size) in fixed {
+        for &AbsolutePart { memory, at, size } in fixed {
             match memory {
                 AreaMemory::Code => self.code.take(at, size, nobody),
                 AreaMemory::Data => self.ram.take(at, size, nobody),

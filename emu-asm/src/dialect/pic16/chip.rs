@@ -5,6 +5,7 @@ use std::ops::Range;
 use emu_core::chip::Chip;
 
 use super::link::ABSOLUTE;
+use crate::NamedText;
 use crate::dialect::ProvidedInclude;
 use crate::dialect::common::{required_arguments, value_of};
 use crate::engine::{Assembler, DirectiveCall};
@@ -37,7 +38,7 @@ pub fn bare_chip_name(name: &str) -> String {
 
 /// Returns the names that gpasm defines for the chip: the chip itself, the bounds of its memories, its
 /// vectors.
-pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<(String, String)> {
+pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<NamedText> {
     let mut names = vec![(format!("__{}", bare_chip_name(chip.name).to_ascii_uppercase()), 1)];
     names.extend([
         ("__CODE_START".to_owned(), 0),
@@ -48,10 +49,11 @@ pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<(String, String)> {
         let end = 0x2100 + u32::from(chip.eeprom_bytes) - 1;
         names.extend([("__EEPROM_START".to_owned(), 0x2100), ("__EEPROM_END".to_owned(), end)]);
     }
-    if let Some((first, last)) = super::link::common_ram(chip) {
+    if let Some(common) = super::link::common_ram(chip) {
+        let (first, last) = (common.start, common.end - 1);
         names.extend([("__COMMON_RAM_START".to_owned(), first.into()), ("__COMMON_RAM_END".to_owned(), last.into())]);
     }
-    names.into_iter().map(|(name, value)| (name, format!("0x{value:X}"))).collect()
+    names.into_iter().map(|(name, value)| NamedText::new(name, format!("0x{value:X}"))).collect()
 }
 
 /// Returns the value of `p=`.

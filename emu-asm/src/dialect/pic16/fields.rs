@@ -6,7 +6,7 @@
 
 use emu_core::chip::Chip;
 
-use crate::dialect::AsmRefusal;
+use crate::fault::AsmRefusal;
 use crate::matching::{DESTINATION, LITERAL};
 
 /// Number of file register addresses in all banks.
@@ -20,7 +20,7 @@ pub(super) fn cut_to_field(chip: &Chip, kind: &str, _: u32, value: i64) -> Optio
     let n = i64::from(value as i32);
     let warned = |code, fits: i64, of: &str| {
         let cause = format!("{n} (0x{:X}) does not fit into {of}: 0x{fits:X} is left of it", n as i32);
-        Some((fits, Some((code, cause, "select a part with & or low()".to_owned()))))
+        Some((fits, Some(AsmRefusal::new(code, cause, "select a part with & or low()"))))
     };
     match kind {
         "constant" if (-0xFF..=0xFF).contains(&n) => Some((n & 0xFF, None)),
@@ -36,7 +36,7 @@ pub(super) fn cut_to_field(chip: &Chip, kind: &str, _: u32, value: i64) -> Optio
             let (words, fits) = (chip.flash_bytes / chip.word_bytes.max(1), n & (REACHABLE_WORDS - 1));
             let cause = format!("0x{:X} is beyond the {words} program words of the {}", n as i32, chip.name);
             let hint = "the instruction contains the lower 11 bits of the address, and the chip jumps there";
-            Some((fits, Some(("ASM048", cause, hint.to_owned()))))
+            Some((fits, Some(AsmRefusal::new("ASM048", cause, hint))))
         }
         _ => None,
     }

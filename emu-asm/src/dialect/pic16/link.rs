@@ -207,15 +207,15 @@ impl FreeSpace {
     }
 }
 
-/// Returns the RAM that all banks share: its first and last address in bank 0. If there is none, returns the
-/// last 16 addresses of the bank: gputils counts them as common on the PIC16F873 too.
-pub(super) fn common_ram(chip: &Chip) -> Option<(u16, u16)> {
+/// Returns the addresses in bank 0 of the RAM that all banks share. If there is none, returns the last 16
+/// addresses of the bank: gputils counts them as common on the PIC16F873 too.
+pub(super) fn common_ram(chip: &Chip) -> Option<Range<u16>> {
     let in_all = |addr: &u16| (0..4).all(|bank| canonical_cell(chip, bank * BANK + addr) == Some(*addr));
     let mut all = (0..BANK).filter(in_all);
     match all.next() {
-        Some(first) => Some((first, all.next_back().unwrap_or(first))),
+        Some(first) => Some(first..all.next_back().unwrap_or(first) + 1),
         None if chip.ram_ranges.is_empty() => None,
-        None => Some((BANK - 0x10, BANK - 1)),
+        None => Some(BANK - 0x10..BANK),
     }
 }
 
@@ -228,7 +228,7 @@ fn canonical_cell(chip: &Chip, addr: u16) -> Option<u16> {
 /// Returns the RAM of the chip: cells with one address, cells with several, cells that all banks share.
 fn ram(chip: &Chip) -> [FreeSpace; 3] {
     let mut spaces = [const { Vec::<Range<i64>>::new() }; 3];
-    let common = common_ram(chip).map_or(0..0, |(first, last)| first..last + 1);
+    let common = common_ram(chip).unwrap_or_default();
     let mut before = (usize::MAX, 0);
     for addr in (0..4 * BANK).filter(|addr| canonical_cell(chip, *addr) == Some(*addr)) {
         let mirrors = (0..4 * BANK).filter(|other| canonical_cell(chip, *other) == Some(addr)).count();

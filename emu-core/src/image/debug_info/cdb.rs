@@ -14,7 +14,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo,
+    BaseEncoding, BitRange, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo,
     VariableLocation,
 };
 use crate::image::symbols::names::{DebugRecord, SymbolScope, parse_debug_record};
@@ -171,14 +171,14 @@ impl<'t> CdbReader<'t> {
             let (Ok(offset), Ok(bytes)) = (offset.parse::<u32>(), bytes.parse::<u32>()) else { continue };
             let bits = chain.strip_prefix("SB").and_then(|bits| {
                 let (first, rest) = bits.split_once('$')?;
-                Some((first.parse::<u32>().ok()?, rest.split(':').next()?.parse::<u32>().ok()?.min(16)))
+                Some(BitRange {
+                    first: first.parse().ok()?,
+                    size: rest.split(':').next()?.parse::<u32>().ok()?.min(16),
+                })
             });
             let of = if bits.is_some() { "SI:U" } else { chain };
             let member_type = self.chain(of, bytes, MAX_DEPTH);
-            let (offset, bit_range) = match bits {
-                Some((first, size)) => (offset.saturating_add(first / 8), Some((first % 8, size))),
-                None => (offset, None),
-            };
+            let (offset, bit_range) = bits.map_or((offset, None), |bits| bits.in_byte(offset));
             size = size.max(offset.saturating_add(bytes));
             found.push(StructMember { name: Some(name.to_owned()), offset, bit_range, member_type });
         }

@@ -124,6 +124,31 @@ pub enum CType {
     },
 }
 
+/// The bits of a bit field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BitRange {
+    /// The lowest bit.
+    pub first: u32,
+    /// Number of bits.
+    pub size: u32,
+}
+
+impl BitRange {
+    /// Splits the range into the byte that it begins in, counted from `offset`, and the bits from there.
+    fn in_byte(self, offset: u32) -> (u32, Option<BitRange>) {
+        (offset.saturating_add(self.first / 8), Some(BitRange { first: self.first % 8, size: self.size.min(64) }))
+    }
+}
+
+/// The source file of a compilation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CompiledFile<'i> {
+    /// Its name as the compiler got it.
+    pub name: &'i str,
+    /// The folder in which the compiler ran.
+    pub folder: &'i str,
+}
+
 /// A member of a struct or union.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StructMember {
@@ -131,9 +156,8 @@ pub struct StructMember {
     pub name: Option<String>,
     /// Offset in bytes from the start of the struct or union.
     pub offset: u32,
-    /// For a bit field: its first bit, counted from the lowest bit of the byte at `offset`, and its number of
-    /// bits.
-    pub bit_range: Option<(u32, u32)>,
+    /// The bits of a bit field, counted from the lowest bit of the byte at `offset`.
+    pub bit_range: Option<BitRange>,
     /// Type of the member.
     pub member_type: Option<TypeId>,
 }
@@ -326,14 +350,14 @@ impl DebugInfo {
         self.functions.iter().find(|function| function.block.has_code_at(byte))
     }
 
-    /// Name of the source file, and folder of the compilation, of the code at a byte address.
+    /// The source file of the code at a byte address.
     #[must_use]
-    pub fn unit_at(&self, byte: u32) -> Option<(&str, &str)> {
+    pub fn unit_at(&self, byte: u32) -> Option<CompiledFile<'_>> {
         let unit = self
             .function_at(byte)
             .map(|function| function.unit)
             .or_else(|| self.units.iter().position(|unit| unit.ranges.iter().any(|range| range.contains(&byte))))?;
-        self.units.get(unit).map(|unit| (unit.name.as_str(), unit.folder.as_str()))
+        self.units.get(unit).map(|unit| CompiledFile { name: &unit.name, folder: &unit.folder })
     }
 
     /// Whether the variables of a function are at their locations only after its prologue.

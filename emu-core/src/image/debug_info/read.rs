@@ -20,7 +20,8 @@ use unit_context::UnitContext;
 use attributes::{constant_bytes, encoding, lossy_text, range, signed_value, unsigned_attribute};
 
 use super::{
-    BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation, stabs,
+    BitRange, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo,
+    VariableLocation, stabs,
 };
 use crate::image::{dwarf, elf};
 
@@ -326,19 +327,16 @@ impl DebugInfoReader {
                 let offset = of.offset(entry);
                 let bits = unsigned_attribute(entry, gimli::DW_AT_bit_size);
                 let bits = bits.map(|size| match unsigned_attribute(entry, gimli::DW_AT_data_bit_offset) {
-                    Some(first) => (first, size),
+                    Some(first) => BitRange { first, size },
                     None => {
                         // DWARF 2 counts from the highest bit of the storage unit of the field.
                         let unit = unsigned_attribute(entry, gimli::DW_AT_byte_size).unwrap_or(1).min(8) * 8;
                         let above = unsigned_attribute(entry, gimli::DW_AT_bit_offset).unwrap_or(0);
-                        (unit.saturating_sub(above.saturating_add(size)), size)
+                        BitRange { first: unit.saturating_sub(above.saturating_add(size)), size }
                     }
                 });
-                let (offset, bits) = match bits {
-                    Some((first, size)) => (offset.saturating_add(first / 8), Some((first % 8, size.min(64)))),
-                    None => (offset, None),
-                };
-                members.push(StructMember { name, offset, bit_range: bits, member_type: to });
+                let (offset, bit_range) = bits.map_or((offset, None), |bits| bits.in_byte(offset));
+                members.push(StructMember { name, offset, bit_range, member_type: to });
             }
             (gimli::DW_TAG_subrange_type, CType::Array { counts, .. }) => {
                 let upper = unsigned_attribute(entry, gimli::DW_AT_upper_bound).and_then(|upper| upper.checked_add(1));

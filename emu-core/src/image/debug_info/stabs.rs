@@ -14,7 +14,7 @@ use super::{BlockInfo, DebugInfo, FunctionInfo, TypeId, UnitInfo, VariableInfo, 
 use crate::image::demangle::demangle;
 use crate::image::elf::{self, DebugSection, SymbolTable};
 use crate::image::stabs::{
-    NamesAtZero, Stab, StabPosition, StabRecords, UnitChange, function_name, record, split_name,
+    NamesAtZero, Stab, StabPosition, StabRecords, StabText, UnitChange, function_name, record, split_name,
 };
 
 /// Register of the frame: Y.
@@ -148,8 +148,8 @@ impl StabReader<'_> {
     fn begin_function(&mut self, stab: &Stab<'_>, zero: &NamesAtZero<'_>) {
         self.close_function(Some(stab.value));
         self.position.function = stab.value;
-        let Some((name, rest)) = function_name(&stab.text) else { return };
-        let result = self.types.read(&mut TypeText::new(rest), TypeNaming::None).unwrap_or(None);
+        let Some(StabText { name, description }) = function_name(&stab.text) else { return };
+        let result = self.types.read(&mut TypeText::new(description), TypeNaming::None).unwrap_or(None);
         let function = FunctionInfo {
             name: symbol_name(name),
             result,
@@ -200,8 +200,8 @@ impl StabReader<'_> {
 
     /// A variable, a type or a constant; nothing where its text is damaged.
     fn symbol(&mut self, stab: &Stab<'_>) -> Option<()> {
-        let (name, rest) = split_name(&stab.text)?;
-        let mut text = TypeText::new(rest);
+        let StabText { name, description } = split_name(&stab.text)?;
+        let mut text = TypeText::new(description);
         let letter = text.letter();
         let named = symbol_name(name);
         match letter {

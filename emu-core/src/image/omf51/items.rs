@@ -22,10 +22,18 @@ use crate::image::symbols::{CollectedSymbols, MemorySpace, too_long};
 /// Maximum number of names and lines together; a program of 64 KB has a few thousand.
 const MAX_ITEMS: usize = 1 << 18;
 
-/// Splits off a name, which is preceded by its length, and returns it with the bytes after it.
-pub(super) fn name(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let (&length, rest) = bytes.split_first()?;
-    rest.split_at_checked(length.into())
+/// A name, which is preceded by its length, and the bytes after it.
+pub(super) struct SizedName<'b> {
+    pub name: &'b [u8],
+    pub rest: &'b [u8],
+}
+
+impl SizedName<'_> {
+    /// Splits off the name that `bytes` begin with.
+    pub(super) fn split(bytes: &[u8]) -> Option<SizedName<'_>> {
+        let (&length, rest) = bytes.split_first()?;
+        rest.split_at_checked(length.into()).map(|(name, rest)| SizedName { name, rest })
+    }
 }
 
 fn lossy_name(name: &[u8]) -> String {
@@ -73,7 +81,7 @@ impl OmfItems {
     /// Reads the begin or end of a scope.
     pub(super) fn scope(&mut self, contents: &[u8]) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
-        let Some((name, _)) = name(rest) else { return self.damaged += 1 };
+        let Some(SizedName { name, .. }) = SizedName::split(rest) else { return self.damaged += 1 };
         match kind {
             0 => {
                 self.module(name);
@@ -224,7 +232,7 @@ fn split_items(mut bytes: &[u8], width: usize, between: usize) -> Option<Vec<Omf
     while !bytes.is_empty() {
         let (segment, rest) = bytes.split_at_checked(width)?;
         let (&[info, low, high], rest) = rest.split_first_chunk()?;
-        let (name, rest) = name(rest.get(between..)?)?;
+        let SizedName { name, rest } = SizedName::split(rest.get(between..)?)?;
         if name.iter().any(|byte| *byte < b' ') {
             return None;
         }

@@ -17,10 +17,10 @@ mod items;
 use diag::{Diagnostic, Pos};
 
 use super::faults::FaultList;
-use super::placement::{PlacedBytes, PlacementError, SourceSpan, describe_spaces};
+use super::placement::{PlacedBytes, PlacementConflict, SourceSpan, describe_spaces};
 use super::{Image, ImageSpace, LoadedImage, SourceLines};
 pub use codes::OMF_CODES;
-use items::OmfItems;
+use items::{OmfItems, SizedName};
 
 /// Record types. Keil's linkers write Intel's records with two-byte segment numbers under the next odd
 /// number.
@@ -217,16 +217,16 @@ impl OmfReader<'_> {
             record_kind::HEADER if self.seen.name.is_some() => {
                 damaged(record, "a second module header", faults);
             }
-            record_kind::HEADER => match items::name(record.contents) {
-                Some((name, [_, ..])) => {
+            record_kind::HEADER => match SizedName::split(record.contents) {
+                Some(SizedName { name, rest: [_, ..] }) => {
                     self.seen.name = Some(name.to_vec());
                     self.items.header(name);
                 }
                 _ => damaged(record, "its name extends beyond its end", faults),
             },
             record_kind::END => {
-                match items::name(record.contents) {
-                    Some((name, _)) if self.seen.name.as_deref().is_some_and(|first| first != name) => {
+                match SizedName::split(record.contents) {
+                    Some(SizedName { name, .. }) if self.seen.name.as_deref().is_some_and(|first| first != name) => {
                         damaged(record, "it names another module than the module header", faults);
                     }
                     Some(_) => {}
@@ -264,14 +264,14 @@ impl OmfReader<'_> {
         let from = SourceSpan { line: u32::try_from(record.offset).unwrap_or(u32::MAX), column: 0 };
         let spaces = self.spaces;
         self.placed.place_bytes(addr.into(), data, from, |trouble| match trouble {
-            PlacementError::Outside { start, end } => {
+            PlacementConflict::Outside { start, end } => {
                 let cause = || {
                     let (last, at) = (end - 1, record.offset);
                     format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, outside the memories of the chip: {}", describe_spaces(spaces))
                 };
                 faults.error("OMF006", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
             }
-            PlacementError::Overlap { start, end, with } | PlacementError::Replaced { start, end, with } => {
+            PlacementConflict::Overlap { start, end, with } | PlacementConflict::Replaced { start, end, with } => {
                 let cause = || {
                     let (last, at, other) = (end - 1, record.offset, with.line);
                     format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, which those at 0x{other:X} have filled")

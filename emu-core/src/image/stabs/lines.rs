@@ -92,9 +92,9 @@ impl StabLineReader<'_> {
                 (self.position.function, self.dropped) = (0, false);
             }
             record::FUN => {
-                if let Some((name, _)) = function_name(&stab.text) {
+                if let Some(function) = function_name(&stab.text) {
                     self.position.function = stab.value;
-                    (self.function, self.dropped) = (Some(false), zero.is_dropped(stab.value, name));
+                    (self.function, self.dropped) = (Some(false), zero.is_dropped(stab.value, function.name));
                 }
             }
             record::SLINE => self.line(stab),

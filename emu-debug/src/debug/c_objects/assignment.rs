@@ -1,6 +1,6 @@
 //! Assigns values to C objects: the bytes and bits that a new value changes.
 
-use emu_core::image::{BaseEncoding, CType};
+use emu_core::image::{BaseEncoding, BitRange, CType};
 
 use super::{ObjectByteLocation, ObjectExpr};
 use crate::debug::dyn_machine::DynMachine;
@@ -31,7 +31,7 @@ impl ObjectExpr {
         let value = if self.is_real() { value.to_bits(self.bytes().unwrap_or(0)) } else { value.to_integer() };
         let value = self.without_link_offset(value);
         let cells = self.byte_locations(target);
-        let bits = self.bits.map_or(8 * cells.len() as u32, |(_, size)| size);
+        let bits = self.bits.map_or(8 * cells.len() as u32, |bits| bits.size);
         let (least, most) = match bits {
             0..64 => (
                 if self.is_signed() || self.bits.is_none() { -(1i64 << bits.saturating_sub(1)) } else { 0 },
@@ -47,7 +47,7 @@ impl ObjectExpr {
             Some(ObjectByteLocation::OptimizedAway | ObjectByteLocation::Value(_)) => Err(DebugError::OptimizedAway),
             _ => Err(DebugError::InNoMemory),
         };
-        if let Some((first, size)) = self.bits {
+        if let Some(BitRange { first, size }) = self.bits {
             return (0..size)
                 .map(|n| {
                     let (space, addr) = byte(((first + n) / 8) as usize)?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use emu_core::image::{AVR_DATA, ByteLocation};
+use emu_core::image::{AVR_DATA, BitRange, ByteLocation};
 
 use super::{ObjectBase, ObjectExpr};
 use crate::debug::call_stack::{CallFrame, CalledFrame, MachineFrame, memory_at};
@@ -153,12 +153,12 @@ impl ObjectByteLocation {
 }
 
 /// Returns the number in up to eight bytes, the lowest first; for a bit field, the value of its bits.
-pub(in crate::debug) fn number_from_bytes(bytes: &[u8], bits: Option<(u32, u32)>, signed: bool) -> Option<i64> {
+pub(in crate::debug) fn number_from_bytes(bytes: &[u8], bits: Option<BitRange>, signed: bool) -> Option<i64> {
     if bytes.is_empty() || bytes.len() > 8 {
         return None;
     }
     let all = bytes.iter().rev().fold(0u64, |high, byte| high << 8 | u64::from(*byte));
-    let (first, size) = bits.unwrap_or((0, 8 * bytes.len() as u32));
+    let BitRange { first, size } = bits.unwrap_or(BitRange { first: 0, size: 8 * bytes.len() as u32 });
     let unused = 64 - size.clamp(1, 64);
     let low = all >> first.min(63) << unused;
     Some(if signed { low as i64 >> unused } else { (low >> unused) as i64 })

@@ -18,8 +18,8 @@ use bits::{bitwise, divide, wrap_to_bits};
 use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
-    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    RungNode, TimerKind,
+    CompareOp, CounterKind, CurvePoint, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat,
+    MathOp, ProgramElement, RungNode, TimerKind,
 };
 use narrow::NarrowOperand;
 
@@ -88,7 +88,7 @@ impl NaiveInterpreter {
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
         naive.set_up_ports(program);
         let mut address = 0;
-        for (ElementId { rung, index }, element, _) in program.elements() {
+        for ProgramElement { id: ElementId { rung, index }, element, .. } in program.elements() {
             match element {
                 // In LDmicro 5 a TOF begins at its end, or at -1 if that is not known.
                 Element::Timer { kind: TimerKind::Tof, name, delay, adjust }
@@ -295,11 +295,11 @@ impl NaiveInterpreter {
             }
             Element::PiecewiseLinear { dest, index, points } => {
                 let x = self.operand_value(index);
-                let after = (1..points.len()).find(|&i| x <= points[i].0).filter(|_| power);
+                let after = (1..points.len()).find(|&i| x <= points[i].x).filter(|_| power);
                 if let Some(after) = after {
-                    let ((x0, y0), (x1, y1)) = (points[after - 1], points[after]);
+                    let (CurvePoint { x: x0, y: y0 }, CurvePoint { x: x1, y: y1 }) = (points[after - 1], points[after]);
                     let fits = |v: i64| (-0x8000..0x8000).contains(&v);
-                    let short = points.iter().all(|(x, y)| fits(*x) && fits(*y))
+                    let short = points.iter().all(|point| fits(point.x) && fits(point.y))
                         && self.is_narrow(dest)
                         && self.is_narrow(index);
                     let bits = if short { 16 } else { 32 };

@@ -141,8 +141,8 @@ impl<'a> Checker<'a> {
             IlValue::Integer { value, .. } => {
                 let number = ResultType::Number(Some(value));
                 if let (Some(typed), Some(range)) = (&typed, literal.prefix.as_ref().and_then(IecType::range)) {
-                    if value < range.0 || value > range.1 {
-                        let cause = format!("{} is not in {} to {}", literal_text(literal), range.0, range.1);
+                    if !range.contains(&value) {
+                        let cause = format!("{} is not in {} to {}", literal_text(literal), range.start(), range.end());
                         self.error(codes::IL_RANGE, pos, cause, "give a number in the range of the type");
                     }
                     return typed.clone();

@@ -65,9 +65,9 @@ impl<'b> TypeText<'b> {
 
     /// What is before the next colon that belongs to no `::`.
     fn name(&mut self) -> Option<String> {
-        let (before, rest) = super::split_name(self.rest)?;
-        self.rest = rest;
-        Some(readable(before))
+        let text = super::split_name(self.rest)?;
+        self.rest = text.description;
+        Some(readable(text.name))
     }
 
     fn number(&mut self) -> Option<i64> {
@@ -111,8 +111,14 @@ enum Definition {
     Type(CType),
 }
 
-/// The number of a type: header file, and number in it.
-type TypeNumber = (i64, i64);
+/// The number of a type.
+#[derive(Clone, Copy)]
+struct TypeNumber {
+    /// Header file of the unit.
+    file: i64,
+    /// Number in it.
+    within: i64,
+}
 
 /// All types.
 pub(super) struct StabTypes {
@@ -182,13 +188,13 @@ impl StabTypes {
 
     fn type_number(text: &mut TypeText<'_>) -> Option<TypeNumber> {
         if !text.skip(b'(') {
-            return Some((0, text.number()?));
+            return Some(TypeNumber { file: 0, within: text.number()? });
         }
         let file = text.number()?;
         text.expect(b',')?;
-        let number = text.number()?;
+        let within = text.number()?;
         text.expect(b')')?;
-        Some((file, number))
+        Some(TypeNumber { file, within })
     }
 
     /// The type that a text begins with; within, nothing is `void`.
@@ -208,7 +214,7 @@ impl StabTypes {
                 Definition::Type(kind) => Some(Some(self.add(kind))),
             };
         }
-        let number @ (file, within) = Self::type_number(text)?;
+        let number @ TypeNumber { file, within } = Self::type_number(text)?;
         if within < 0 {
             return Some(builtin(within).map(|kind| self.add(kind)));
         }
@@ -260,7 +266,7 @@ impl StabTypes {
     }
 
     /// A type that is used before its definition.
-    fn forward(&mut self, (file, within): TypeNumber) -> Option<TypeId> {
+    fn forward(&mut self, TypeNumber { file, within }: TypeNumber) -> Option<TypeId> {
         let id = self.fresh();
         self.header(file)?.insert(within, Some(id));
         Some(id)
