@@ -72,8 +72,8 @@ impl FollowedScan {
 impl FollowedScan {
     /// A scan of which only the rung bits are known.
     pub(crate) fn with_power(power: Vec<(ElementId, ElementPower)>) -> FollowedScan {
-        let (previous_values, values_before, values_after) = (Vec::new(), Vec::new(), Vec::new());
         let trace = ScanTrace { power, writes: Vec::new() };
+        let (previous_values, values_before, values_after) = (Vec::new(), Vec::new(), Vec::new());
         FollowedScan { number: 1, cycle: 0, previous_values, values_before, values_after, trace }
     }
 }

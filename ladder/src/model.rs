@@ -12,7 +12,9 @@ use crate::element_facts::ChipPart;
 use crate::il::{IecVariable, IlStep};
 pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
-pub use crate::program_parts::{IoEntry, LadderDialect, LdFormat, ProgramSettings, SourceStyle, VarEntry};
+pub use crate::program_parts::{
+    IoEntry, LadderDialect, LdFormat, ProgramElement, ProgramSettings, SourceStyle, VarEntry,
+};
 pub use crate::segments::SegmentDisplay;
 pub use crate::symbol_kinds::{LadderSymbol, SymbolKind};
 
@@ -479,17 +481,6 @@ pub struct CurvePoint {
     pub x: i64,
     /// Value of the destination.
     pub y: i64,
-}
-
-/// An element of a program, with its identity and its position in the file.
-#[derive(Debug, Clone, Copy)]
-pub struct ProgramElement<'a> {
-    /// Rung and number in the rung.
-    pub id: ElementId,
-    /// What it is.
-    pub element: &'a Element,
-    /// Line and column.
-    pub pos: Pos,
 }
 
 fn collect_elements<'a>(series: &'a [RungNode], rung: u32, out: &mut Vec<ProgramElement<'a>>) {

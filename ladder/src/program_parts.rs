@@ -1,9 +1,12 @@
-//! The parts of a program besides its rungs: dialect, header, settings, and the entries of the lists.
+//! The parts of a program besides its rungs: dialect, header, settings, the entries of the lists, and what an
+//! element is with its place.
 
 use std::fmt;
 
 use diag::Pos;
 use serde::Serialize;
+
+use crate::model::{Element, ElementId};
 
 /// Dialect: the set of rules that gives the elements their meaning. The same text may behave differently
 /// under each, so a program always states its dialect.
@@ -97,5 +100,16 @@ pub struct VarEntry {
     /// The line as written (trimmed), because two spellings exist.
     pub text: String,
     /// Position of the line.
+    pub pos: Pos,
+}
+
+/// An element of a program, with its identity and its position in the file.
+#[derive(Debug, Clone, Copy)]
+pub struct ProgramElement<'a> {
+    /// Rung and number in the rung.
+    pub id: ElementId,
+    /// What it is.
+    pub element: &'a Element,
+    /// Line and column.
     pub pos: Pos,
 }

@@ -9,8 +9,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use ladder::il::IlAction;
 use ladder::{
-    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, ProgramElement,
-    RungNode, SymbolKind, TimerKind,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
+    TimerKind,
 };
 
 use crate::stimulus::generator::MAX_SWEEP_INPUTS;
@@ -59,7 +59,7 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     // none, the loop ends with all OSFs that can fire.
     let mut falling_edges = BTreeSet::new();
     // With jumps a rung may follow any other, and any number of times.
-    let jumps = program.elements().any(|ProgramElement { element, .. }| ladder::flow::changes_order(element));
+    let jumps = program.elements().any(|at| ladder::flow::changes_order(at.element));
     loop {
         let pass = |combination: u32| {
             let mut pass = AnalysisPass::new(&falling_edges, program.dialect != LadderDialect::Ldmicro23);

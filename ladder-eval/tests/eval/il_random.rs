@@ -24,7 +24,7 @@ proptest! {
         let again = ladder::il::read("t.il", &written).map(|read| ladder::il::to_ladder(&read.program, settings));
         let again = again.expect("reads").expect("resolves").program;
         let elements = |program: &ladder::LadderProgram| {
-            program.elements().map(|found| (found.id, found.element.clone())).collect::<Vec<_>>()
+            program.elements().map(|at| (at.id, at.element.clone())).collect::<Vec<_>>()
         };
         prop_assert_eq!(elements(&again), elements(&program), "{}", written);
         let mut eval = Evaluator::new(&program).expect("an evaluator");

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::draw::{Drawing, DrawnElement};
-use crate::model::{Element, ElementId, LadderProgram, RungNode};
+use crate::model::{Element, ElementId, LadderProgram, ProgramElement, RungNode};
 
 use super::literals::address_text;
 use super::model::IlQualifier;
@@ -90,8 +90,8 @@ struct ListingColumns {
 impl ListingColumns {
     fn of(program: &LadderProgram) -> ListingColumns {
         let mut columns = ListingColumns { label: 2, operand: 8 };
-        for found in program.elements() {
-            let Element::Instruction(step) = found.element else { continue };
+        for ProgramElement { element, .. } in program.elements() {
+            let Element::Instruction(step) = element else { continue };
             let label = step.label.as_ref().map_or(0, |label| label.chars().count() + 3);
             columns.label = columns.label.max(label);
             let operand = split_operation(step).1.chars().count() + 2;

@@ -226,7 +226,7 @@ proptest! {
             Ok(resolved) => {
                 let lines = again.instructions.iter().filter(|l| l.label.is_some() || l.operation.is_some());
                 let is_line = |element: &ladder::Element| matches!(element, ladder::Element::Instruction(_));
-                let elements = resolved.program.elements().filter(|found| is_line(found.element));
+                let elements = resolved.program.elements().filter(|at| is_line(at.element));
                 prop_assert_eq!(elements.count(), lines.count(), "{}", text);
             }
             Err(diagnostics) => prop_assert!(diagnostics.iter().any(diag::Diagnostic::is_error)),

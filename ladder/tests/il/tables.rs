@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use diag::Diagnostic;
-use ladder::il;
+use ladder::{ProgramElement, il};
 
 /// Runs `result` for each row of a table and compares.
 fn check_table(name: &str, result: impl Fn(&str) -> String) {
@@ -111,7 +111,7 @@ fn each_source_has_its_networks_and_symbols() {
     check_table("networks.txt", |source| match resolved(source) {
         Ok(found) => {
             let mut rungs: Vec<Vec<String>> = vec![Vec::new(); found.program.rungs.len()];
-            for ladder::ProgramElement { id, element, .. } in found.program.elements() {
+            for ProgramElement { id, element, .. } in found.program.elements() {
                 let text = match element {
                     ladder::Element::Instruction(step) => {
                         format!("{step} {}>{}", type_name(&step.before), type_name(&step.after))
@@ -142,7 +142,7 @@ fn each_source_has_its_networks_and_symbols() {
 fn each_line_has_its_action() {
     check_table("actions.txt", |source| match resolved(source) {
         Ok(found) => {
-            let last = found.program.elements().last().map(|found| found.element.clone());
+            let last = found.program.elements().last().map(|at| at.element.clone());
             let Some(ladder::Element::Instruction(step)) = last else { return "none".to_owned() };
             let text = format!("{:?}", step.action);
             text.replace("TypedSymbol ", "").replace("iec_type: ", "").replace("kind: ", "").replace("name: ", "")
@@ -160,7 +160,7 @@ fn the_written_program_is_the_same_program() {
             let again = resolved(&text).unwrap_or_else(|d| panic!("{}\n{text}", codes(&d))).program;
             assert_eq!(ladder::write(&again), text);
             let lines = |program: &ladder::LadderProgram| -> Vec<(ladder::ElementId, ladder::Element)> {
-                program.elements().map(|found| (found.id, found.element.clone())).collect()
+                program.elements().map(|at| (at.id, at.element.clone())).collect()
             };
             assert_eq!(lines(&again), lines(&found.program), "{text}");
             assert_eq!(again.symbols(), found.program.symbols(), "{text}");
