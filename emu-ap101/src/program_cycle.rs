@@ -9,7 +9,7 @@
 //! Only the program cycle has instructions. The other phases pass in one step, up to what is due next.
 
 use emu_core::bus::report_events;
-use emu_core::cpu::{Bus, LAST_CYCLE, NEVER, Probe, ProgramFault, StopReason, Subcycle};
+use emu_core::cpu::{Bus, LAST_CYCLE, NEVER, Probe, ProgramError, ProgramFault, StopReason, Subcycle};
 use emu_core::lint::Lint;
 use emu_core::pins::CycleTime;
 
@@ -133,7 +133,10 @@ impl Ap101 {
                     self.begin(now, program_index);
                 }
                 if matches!(self.phase, ProgramPhase::Run { begun } if now >= begun + WATCHDOG_CYCLES) {
-                    return Some(StopReason::Fault { pc: self.core.next_address, fault: ProgramFault::CycleTooLong });
+                    return Some(StopReason::Error(ProgramError::Fault {
+                        pc: self.core.next_address,
+                        fault: ProgramFault::CycleTooLong,
+                    }));
                 }
             }
             // Inputs were latched at the first clock of the cycle. What is driven in the second clock is
@@ -320,7 +323,10 @@ impl Ap101 {
         let flow = if taken { self.code.flow(self.program_index, word) } else { ProgramFlow::WithinProgram };
         if let ProgramFlow::LeavesProgram(target) = flow {
             self.ric = previous_ric;
-            return Some(StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } });
+            return Some(StopReason::Error(ProgramError::Fault {
+                pc,
+                fault: ProgramFault::JumpOutOfProgram { target },
+            }));
         }
         if P::LINT && matches!(kind, Kind::Not | Kind::Clr) && word & 0xFFF != 0 {
             probe.on_lint(now, pc, Lint::UnusedFieldSet { word });
