@@ -140,6 +140,29 @@ impl<const N: usize> Scheduler<N> {
     }
 }
 
+/// Declares the devices of a chip: a module `unit_index` with their numbers and `COUNT`, and a macro
+/// `for_each_unit!` that evaluates an expression for each of them, in this order. `for_each_unit!(chip, unit, number
+/// => ..)` binds a device of `chip` and its number. The list begins with a `$`.
+#[macro_export]
+macro_rules! device_list {
+    ($d:tt $($number:ident: $field:ident),+ $(,)?) => {
+        /// Numbers of the units.
+        mod unit_index {
+            #[allow(clippy::upper_case_acronyms, non_camel_case_types)]
+            enum Index { $($number,)+ COUNT }
+            $(pub(super) const $number: usize = Index::$number as usize;)+
+            pub(super) const COUNT: usize = Index::COUNT as usize;
+        }
+
+        macro_rules! for_each_unit {
+            ($d chip:ident, $d unit:ident => $d what:expr) => { for_each_unit!($d chip, $d unit, _number => $d what) };
+            ($d chip:ident, $d unit:ident, $d index:ident => $d what:expr) => {{
+                $({ let ($d unit, $d index) = (&mut $d chip.$field, unit_index::$number); $d what; })+
+            }};
+        }
+    };
+}
+
 /// A chip that carries out the signals of its devices.
 pub trait SignalReceiver {
     /// The signals.
