@@ -1,6 +1,5 @@
 //! The channels, the memory M, and the images of outputs in M.
 
-use emu_core::NEVER;
 use emu_core::device::Device;
 use emu_core::pins::{CycleTime, PinId};
 use emu_core::state;
@@ -34,12 +33,6 @@ state! { Ap101Channels { cells, outputs, written_outputs } stays { input_channel
 /// due here.
 impl Device<Ap101Signal> for Ap101Channels {
     type Reg = BitLocation;
-
-    fn run_due(&mut self, _t: u64, _out: &mut Ap101Outbox) {}
-
-    fn next_deadline(&self) -> u64 {
-        NEVER
-    }
 
     #[inline(always)]
     fn peek(&self, reg: BitLocation, _t: u64) -> u8 {
@@ -81,10 +74,6 @@ impl Device<Ap101Signal> for Ap101Channels {
         if !self.reads_inputs_live {
             self.cells[..usize::from(M_START)].fill(false);
         }
-    }
-
-    fn steady_until(&self, _reg: BitLocation, _t: u64) -> u64 {
-        NEVER
     }
 }
 

@@ -431,12 +431,6 @@ impl Ap101Modules {
 impl Device<Ap101Signal> for Ap101Modules {
     type Reg = BitLocation;
 
-    fn run_due(&mut self, _t: u64, _out: &mut Ap101Outbox) {}
-
-    fn next_deadline(&self) -> u64 {
-        NEVER
-    }
-
     #[inline(always)]
     fn peek(&self, reg: BitLocation, t: u64) -> u8 {
         match reg {
@@ -458,9 +452,5 @@ impl Device<Ap101Signal> for Ap101Modules {
 
     fn reset(&mut self, _power_on: bool, _t: u64, _out: &mut Ap101Outbox) {
         self.modules.iter_mut().for_each(|module| *module = Ap101Module::new(module.settings, module.hz));
-    }
-
-    fn steady_until(&self, _reg: BitLocation, t: u64) -> u64 {
-        t
     }
 }

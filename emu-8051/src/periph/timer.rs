@@ -181,12 +181,6 @@ impl Device<Mcs51Signal> for Mcs51Timers {
     /// A direct address.
     type Reg = u8;
 
-    fn run_due(&mut self, _t: u64, _out: &mut Mcs51Outbox) {}
-
-    fn next_deadline(&self) -> u64 {
-        NEVER
-    }
-
     fn interrupt_requests(&self) -> u8 {
         u8::from(self.flag(0)) | u8::from(self.flag(1)) << 1
     }

@@ -72,8 +72,4 @@ impl Device<Mcs51Signal> for Mcs51Watchdog {
             self.cleared_cycle = Some(cleared + t.saturating_sub(1).saturating_sub(paused));
         }
     }
-
-    fn steady_until(&self, _reg: u8, _t: u64) -> u64 {
-        NEVER
-    }
 }
