@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use emu_core::cpu::{Bus, Probe, StopReason};
+use emu_core::cpu::{Bus, Probe, ProgramError};
 use emu_core::engine::{CpuEngine, InstructionMark, LoopPlan};
 
 use crate::chips::{LATER_VECTORS_BACK, VECTOR_WORDS};
@@ -49,11 +49,11 @@ impl CpuEngine for Mcs51 {
         (core.acc, core.b, core.psw(), core.dptr, core.other_dptr)
     }
 
-    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {
+    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
         let op = self.code.ops_unmarked[pc as usize];
         match op.kind {
             Kind::Illegal => {
-                return Err(StopReason::Illegal { pc, word: u16::from(self.code.bytes[pc as usize]) });
+                return Err(ProgramError::Illegal { pc, word: u16::from(self.code.bytes[pc as usize]) });
             }
             Kind::RewriteCode => self.run_external_access(pc, probe),
             _ => self.core = self.executor(probe).0.single(op),

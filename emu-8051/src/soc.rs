@@ -8,32 +8,34 @@
 //! far), while the machine cycles, in which pins are driven and events are logged, continue.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use emu_core::cpu::{NEVER, ResetCause};
+use emu_core::device::Scheduler;
 use emu_core::external_io::{DriveQueue, EventLog};
-use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
-mod baud;
 mod bus;
-mod clock;
 mod irq;
 mod movx;
 mod power;
 mod regs;
 mod state;
 
-use crate::chips::{self, Mcs51Part};
+use crate::chips::Mcs51Part;
 use crate::cpu::{Mcs51Readings, Options};
 use crate::periph::map::{pin, sfr};
 use crate::periph::ports::{Mcs51Ports, PINS};
-use crate::periph::serial::{SerialEdge, SerialLine, SerialPort, SerialStep};
+use crate::periph::serial::{BaudClocks, Mcs51Serial, SerialEdge, SerialLine};
 use crate::periph::timer::Mcs51Timers;
 use crate::periph::timer2::Mcs51Timer2;
-use crate::periph::{Device, Mcs51Outbox};
-use baud::BaudClock;
+use crate::periph::watchdog::Mcs51Watchdog;
+use crate::periph::{Device, Mcs51Outbox, Mcs51Signal, SignalReceiver};
 use irq::InterruptSystem;
 pub use movx::BusTransfer;
-use power::{Mcs51Watchdog, PowerState};
+use power::PowerState;
+
+emu_core::device_list!($ TIMERS: timers, TIMER2: timer2, SERIAL: serial, WATCHDOG: watchdog);
 
 /// The chip without its core and memories.
 #[derive(Debug, Clone)]
@@ -43,11 +45,9 @@ pub struct Mcs51Soc {
     clocks_per_cycle: u8,
     ports: Mcs51Ports,
     timers: Mcs51Timers,
-    timer2: Option<Mcs51Timer2>,
-    /// Number of overflows of timer 2 that have toggled the pin so far.
-    toggles_shown: u64,
-    serial: SerialPort,
-    baud: BaudClock,
+    /// On chips without timer 2 it stays in its state after reset.
+    timer2: Mcs51Timer2,
+    serial: Mcs51Serial,
     interrupts: InterruptSystem,
     power: PowerState,
     watchdog: Mcs51Watchdog,
@@ -63,8 +63,8 @@ pub struct Mcs51Soc {
     log: EventLog,
     /// Whether edges of MOVX are logged too.
     logs_bus: bool,
-    /// The next deadline, in oscillator time.
-    deadline: u64,
+    /// In oscillator time.
+    schedule: Scheduler<{ unit_index::COUNT }>,
     /// The cycle up to which the timers were last advanced.
     timers_synced_to: u64,
     /// The first boundary at which an interrupt can be served, in oscillator time; 0 if it must be computed.
@@ -73,6 +73,8 @@ pub struct Mcs51Soc {
     core_deadline: u64,
     /// The cycle in which pins that have changed are to be sampled.
     sample_at: u64,
+    /// Signals that wait; empty between calls.
+    out: Mcs51Outbox,
 }
 
 /// Pins that peripherals of the chip sample.
@@ -97,10 +99,8 @@ impl Mcs51Soc {
             clocks_per_cycle: if options.x2 { 6 } else { 12 },
             ports: Mcs51Ports::new(part, bus),
             timers: Mcs51Timers::new(0),
-            timer2: None,
-            toggles_shown: 0,
-            serial: SerialPort::new(),
-            baud: BaudClock::START,
+            timer2: Mcs51Timer2::new(0),
+            serial: Mcs51Serial::new(),
             interrupts: InterruptSystem::new([true; 2]),
             power: PowerState::START,
             watchdog: Mcs51Watchdog::OFF,
@@ -112,11 +112,12 @@ impl Mcs51Soc {
             drives: DriveQueue::NONE,
             log: EventLog::OFF,
             logs_bus: false,
-            deadline: NEVER,
+            schedule: Scheduler::START,
             timers_synced_to: 0,
             next_interrupt_boundary: 0,
             core_deadline: NEVER,
             sample_at: NEVER,
+            out: Mcs51Outbox::new(),
         };
         soc.reset(ResetCause::PowerOn, 0);
         soc
@@ -130,16 +131,13 @@ impl Mcs51Soc {
         let t = self.to_oscillator_time(now);
         self.ports.reset();
         self.edges.clear();
-        self.timers = Mcs51Timers::new(t);
-        self.timer2 = (self.part.timer2 != chips::Timer2Kind::None).then(|| Mcs51Timer2::new(t));
-        self.toggles_shown = 0;
-        self.serial = SerialPort::new();
+        self.schedule.touch_all();
+        for_each_unit!(self, unit => unit.reset(why == ResetCause::PowerOn, t, &mut self.out));
         self.pcon = match why {
             ResetCause::PowerOn if self.part.is_at89s => power::POF,
             _ => self.pcon & power::POF,
         };
         self.auxr = 0;
-        self.watchdog = Mcs51Watchdog::OFF;
         for pin in 0..PINS as PinId {
             self.update_pin(pin, t, 0);
         }
@@ -148,16 +146,10 @@ impl Mcs51Soc {
         let reset_pin = self.sampled_levels[RST_INDEX];
         self.sampled_levels = [true; SAMPLED_PINS.len()];
         self.sampled_levels[RST_INDEX] = reset_pin;
-        self.baud = BaudClock::START;
         self.sample_pins(t);
+        self.update_baud_clocks(t);
         self.update_deadline();
         self.next_interrupt_boundary = 0;
-    }
-
-    /// All pins.
-    #[must_use]
-    pub fn pins(&self) -> &[PinState] {
-        self.ports.pins()
     }
 
     /// The latch of port 2.
@@ -201,7 +193,11 @@ impl Mcs51Soc {
     /// The machine cycle of the next deadline.
     fn next_due(&self) -> u64 {
         let drive = self.drives.next_cycle().min(self.power.next());
-        if self.power.is_powered_down() { drive } else { drive.min(self.deadline.saturating_add(self.stopped_cycles)) }
+        if self.power.is_powered_down() {
+            drive
+        } else {
+            drive.min(self.schedule.due.saturating_add(self.stopped_cycles))
+        }
     }
 
     /// Executes everything that is due at the cycle `t`, which must be the next deadline.
@@ -216,13 +212,23 @@ impl Mcs51Soc {
             self.edges.pop_front();
             self.apply_serial_edge(edge);
         }
-        self.clock_out(t);
+        self.run_units(t, 0..unit_index::SERIAL);
         // S5P2: samples, bits, flags.
         if self.sample_at <= t {
             self.sample_pins(t);
         }
-        self.run_serial(t);
-        self.run_watchdog(t);
+        self.run_units(t, unit_index::SERIAL..unit_index::COUNT);
+    }
+
+    /// Executes what is due in some of the units at the cycle `t`.
+    fn run_units(&mut self, t: u64, numbers: Range<usize>) {
+        for_each_unit!(self, unit, number => {
+            if self.schedule.deadlines[number] <= t && numbers.contains(&number) {
+                self.schedule.touch(number);
+                unit.run_due(t, &mut self.out);
+                self.apply_signals(());
+            }
+        });
     }
 
     /// Gives peripherals the levels that have changed, as sampled in cycle `t`.
@@ -237,38 +243,31 @@ impl Mcs51Soc {
             self.next_interrupt_boundary = 0;
             match pin {
                 pin::INT0 | pin::INT1 => {
-                    self.timers.on_line_changed(pin, high, t, &mut Mcs51Outbox::new());
+                    self.timers.on_line_changed(pin, high, t, &mut self.out);
                     self.interrupts.external[usize::from(pin == pin::INT1)].sample(high, t);
                 }
-                pin::T0 | pin::T1 => self.timers.on_line_changed(pin, high, t, &mut Mcs51Outbox::new()),
-                pin::RXD => {
-                    self.pass_ticks(t.saturating_sub(1));
-                    self.serial.set_rxd_level(high);
-                }
-                pin::T2 | pin::T2EX => {
-                    if let Some(timer2) = &mut self.timer2 {
-                        timer2.on_line_changed(pin, high, t, &mut Mcs51Outbox::new());
-                    }
-                }
+                pin::T0 | pin::T1 => self.timers.on_line_changed(pin, high, t, &mut self.out),
+                pin::RXD => self.serial.on_line_changed(pin, high, t, &mut self.out),
+                pin::T2 | pin::T2EX => self.timer2.on_line_changed(pin, high, t, &mut self.out),
                 _ => self.power.set_reset_pin(high && !self.ports.rst_high, t + self.stopped_cycles),
             }
         }
+        self.update_baud_clocks(t);
+        self.apply_signals(());
     }
 
-    /// Applies a step of the serial port: line changes now or later, and bytes that were sent.
-    fn on_serial_step(&mut self, step: SerialStep, t: u64) {
-        if step.flags != 0 {
-            self.next_interrupt_boundary = 0;
-        }
-        for edge in step.edges() {
-            if edge.at.cycle <= t && edge.at.phase == 0 {
-                self.apply_serial_edge(edge)
-            } else {
-                self.edges.push_back(edge)
-            }
-        }
-        if let Some(byte) = step.sent_byte {
-            self.log.record(ChipEvent::Sent { at: CycleTime::at(t + self.stopped_cycles), uart: 0, byte });
+    /// Gives the serial port the present clocks, after a change of a timer or of their selection in cycle `t`.
+    fn update_baud_clocks(&mut self, t: u64) {
+        self.schedule.touch(unit_index::SERIAL);
+        self.serial.set_clocks(self.baud_clocks(), t);
+    }
+
+    fn baud_clocks(&self) -> BaudClocks {
+        BaudClocks {
+            timer1: self.timers.ticks(),
+            timer2: self.timer2.ticks(),
+            uses_timer2: self.timer2.clocks_serial(),
+            is_double: self.pcon & power::SMOD != 0,
         }
     }
 
@@ -312,8 +311,38 @@ impl Mcs51Soc {
 
     /// Computes the next deadline, without interrupts.
     fn update_deadline(&mut self) {
+        if self.schedule.touched != 0 {
+            for_each_unit!(self, unit, number => if self.schedule.touched >> number & 1 == 1 { self.schedule.ask(number, unit) });
+        }
         let edge = self.edges.front().map_or(NEVER, |edge| edge.at.cycle);
-        let toggle = self.next_toggle().map_or(NEVER, |(state, _)| state / 6);
-        self.deadline = edge.min(toggle).min(self.sample_at).min(self.next_serial()).min(self.watchdog.next());
+        self.schedule.update_due(edge.min(self.sample_at));
+    }
+}
+
+impl SignalReceiver for Mcs51Soc {
+    type Signal = Mcs51Signal;
+    type Sender = ();
+
+    #[inline(always)]
+    fn outbox(&mut self) -> &mut Mcs51Outbox {
+        &mut self.out
+    }
+
+    fn apply_signal(&mut self, _: (), signal: Mcs51Signal) {
+        match signal {
+            Mcs51Signal::Edge { t, edge } if edge.at.cycle <= t && edge.at.phase == 0 => self.apply_serial_edge(edge),
+            Mcs51Signal::Edge { edge, .. } => self.edges.push_back(edge),
+            Mcs51Signal::Sent { t, byte } => {
+                self.log.record(ChipEvent::Sent { at: CycleTime::at(t + self.stopped_cycles), uart: 0, byte })
+            }
+            Mcs51Signal::Flag => self.next_interrupt_boundary = 0,
+            Mcs51Signal::ClockOut { at, high } => {
+                if self.ports.t2_low == high {
+                    self.ports.t2_low = !high;
+                    self.update_pin(pin::T2, at.cycle, at.phase);
+                }
+            }
+            Mcs51Signal::Watchdog { t } => self.watchdog_ran_out(t),
+        }
     }
 }

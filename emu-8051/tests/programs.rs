@@ -23,7 +23,7 @@ mod source;
 use emu_8051::{Mcs51, chips};
 use emu_core::pins::{ChipEvent, CycleTime, PinLevel};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, StopReason};
+use emu_core::{Cpu, Probe, ProgramError, StopReason};
 use script::Case;
 
 const TEXTS: &[&str] = &[
@@ -134,7 +134,7 @@ fn judge(case: &Case) -> Vec<String> {
         match items[..] {
             ["halted"] => list(vec![format!("{stop:?}")], &["Halted"]),
             ["illegal", op] => {
-                let found = if let StopReason::Illegal { word, .. } = stop {
+                let found = if let StopReason::Error(ProgramError::Illegal { word, .. }) = stop {
                     format!("{word:02x}")
                 } else {
                     format!("{stop:?}")

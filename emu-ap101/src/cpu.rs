@@ -196,12 +196,12 @@ impl Cpu for Ap101 {
     fn peek(&self, space: &str, addr: u32) -> Option<u8> {
         let (n, now) = (addr as u16, self.cycle());
         let byte = |word: u16| word.to_le_bytes().get(addr as usize % 2).copied();
-        let module = |n: u32| self.soc.modules.get(n as usize);
+        let module = |n: u32| (n < MODULES as u32).then(|| self.soc.modules.module(n as u16));
         match space {
             "code" if addr < 2 * SPAN as u32 => byte(self.code.word(addr / 2)),
-            "i" if addr < u32::from(M_START) => Some(self.soc.get(n).into()),
-            "e" if addr < u32::from(OUTPUTS) => Some(self.soc.output(n).into()),
-            "m" if addr < 512 => Some(self.soc.get(M_START + n).into()),
+            "i" if addr < u32::from(M_START) => Some(self.soc.channels.get(n).into()),
+            "e" if addr < u32::from(OUTPUTS) => Some(self.soc.channels.output(n).into()),
+            "m" if addr < 512 => Some(self.soc.channels.get(M_START + n).into()),
             "r" if addr < 384 => Some(match (module(addr % MODULES as u32)?, addr / MODULES as u32) {
                 (module, 0) => module.q(now).into(),
                 (module, 1) => module.is_running(now).into(),
@@ -223,17 +223,17 @@ impl Cpu for Ap101 {
                 bytes[addr as usize % 2] = value;
                 Arc::make_mut(&mut self.code).poke(addr / 2, u16::from_le_bytes(bytes));
             }
-            "i" if addr < u32::from(M_START) && !self.soc.reads_inputs_live() => self.soc.set(n, bit),
-            "e" if addr < u32::from(OUTPUTS) => _ = self.soc.set_output(n, bit, CycleTime::at(now)),
-            "m" if addr < 512 => self.soc.set(M_START + n, bit),
+            "i" if addr < u32::from(M_START) && !self.soc.channels.reads_inputs_live() => self.soc.channels.set(n, bit),
+            "e" if addr < u32::from(OUTPUTS) => self.soc.set_output(n, bit, CycleTime::at(now)),
+            "m" if addr < 512 => self.soc.channels.set(M_START + n, bit),
             "preset" if addr < 2 * MODULES as u32 => {
-                let module = self.soc.module_mut(n / 2);
+                let module = self.soc.modules.module_mut(n / 2);
                 let mut bytes = module.preset().to_le_bytes();
                 bytes[addr as usize % 2] = value;
                 module.set_preset(u16::from_le_bytes(bytes));
             }
             "value" if addr < 2 * MODULES as u32 => {
-                let module = self.soc.module_mut(n / 2);
+                let module = self.soc.modules.module_mut(n / 2);
                 let mut bytes = module.value(now).to_le_bytes();
                 bytes[addr as usize % 2] = value;
                 if !module.exists() || !module.poke(i16::from_le_bytes(bytes)) {
@@ -255,12 +255,12 @@ impl Cpu for Ap101 {
     }
 
     fn has_pin(&self, pin: PinId) -> bool {
-        self.soc.has_pin(pin)
+        self.soc.channels.has_pin(pin)
     }
 
     fn pins_to_show(&self) -> Vec<PinId> {
         let all = 0..self.chip().pins.len() as PinId;
-        if !self.soc.has_all_channels() {
+        if !self.soc.channels.has_all_channels() {
             return all.filter(|pin| self.has_pin(*pin)).collect();
         }
         let named = self.code.channels();
@@ -288,7 +288,7 @@ impl Cpu for Ap101 {
         // If no instruction is next, the step ends where one is next, or at what is due before.
         let next = match self.phase {
             _ if self.fetched_word.is_some() => now,
-            ProgramPhase::Reload { from, .. } => from + self.soc.channels(),
+            ProgramPhase::Reload { from, .. } => from + self.soc.channels.count(),
             ProgramPhase::Ready { at } => at,
             ProgramPhase::NoSupply | ProgramPhase::Run { .. } => now,
         };

@@ -205,11 +205,11 @@ impl<P: Probe> Ap101Machine for Executor<'_, P> {
     }
     #[inline(always)]
     fn cell(&self, cell: u16) -> bool {
-        self.soc.get(cell)
+        self.soc.channels.get(cell)
     }
     #[inline(always)]
     fn set_cell(&mut self, cell: u16, bit: bool) {
-        self.soc.set(cell, bit);
+        self.soc.channels.set(cell, bit);
     }
 
     #[inline(always)]
@@ -235,7 +235,7 @@ impl<P: Probe> Ap101Machine for Executor<'_, P> {
     fn store_bit(&mut self, place: BitAddress, bit: bool, orders: bool) {
         match place.location() {
             BitLocation::Port(n) if orders => self.write_preset(n, bit),
-            BitLocation::Cell(addr @ 0..M_START) if P::LINT && self.soc.reads_inputs_live() => {
+            BitLocation::Cell(addr @ 0..M_START) if P::LINT && self.soc.channels.reads_inputs_live() => {
                 self.report_lint(Lint::InputWritten { addr })
             }
             _ => self.write(place, bit),

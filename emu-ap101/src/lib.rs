@@ -28,6 +28,7 @@ pub mod isa;
 pub mod modules;
 pub mod operands;
 
+mod channels;
 mod cpu;
 mod exec;
 mod executor;

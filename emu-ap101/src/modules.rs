@@ -6,7 +6,12 @@
 //! `ldmicro-2.3`) with the preset as P; these use signed 16-bit numbers.
 
 use emu_core::NEVER;
+use emu_core::device::Device;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
+
+use crate::config::{Ap101Config, MODULES};
+use crate::operands::BitLocation;
+use crate::soc::{Ap101Outbox, Ap101Signal};
 
 /// The type of a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -370,5 +375,82 @@ impl Ap101Module {
             ModuleKind::Rto | ModuleKind::Ctu | ModuleKind::Ctd => self.output = full,
             ModuleKind::Tp | ModuleKind::Ctc | ModuleKind::None => {}
         }
+    }
+}
+
+/// All modules of a machine.
+#[derive(Debug, Clone)]
+pub(crate) struct Ap101Modules {
+    modules: Box<[Ap101Module; MODULES]>,
+    /// The first machine cycle of the present program cycle.
+    cycle_start: u64,
+}
+
+impl SnapshotState for Ap101Modules {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        self.cycle_start = tape.now();
+        tape.pass_slice(self.modules.as_mut_slice())
+    }
+}
+
+impl Ap101Modules {
+    /// All modules in their initial states, on a machine with a clock of `hz`.
+    pub(crate) fn new(config: &Ap101Config, hz: u64) -> Ap101Modules {
+        let modules = Box::new(config.modules.map(|settings| Ap101Module::new(settings, hz)));
+        Ap101Modules { modules, cycle_start: 0 }
+    }
+
+    /// A program cycle begins at a machine cycle.
+    pub(crate) const fn begin(&mut self, cycle: u64) {
+        self.cycle_start = cycle;
+    }
+
+    /// A module, by number.
+    pub(crate) fn module(&self, n: u16) -> &Ap101Module {
+        &self.modules[usize::from(n) % MODULES]
+    }
+
+    /// A module, by number, for changes.
+    pub(crate) fn module_mut(&mut self, n: u16) -> &mut Ap101Module {
+        &mut self.modules[usize::from(n) % MODULES]
+    }
+
+    /// The modules that exist.
+    pub(crate) fn existing(&self) -> impl Iterator<Item = &Ap101Module> {
+        self.modules.iter().filter(|module| module.exists())
+    }
+
+    /// Shifts the time of all modules, as [`Ap101Module::shift_time`].
+    pub(crate) fn shift_time(&mut self, then: u64, cycles: u64) {
+        self.modules.iter_mut().for_each(|module| module.shift_time(then, cycles));
+    }
+}
+
+/// A register is Q or the running bit of a module, and its value is 0 or 1. The time of a write is the machine
+/// cycle from which it is visible. Modules compute their states when they are read, so nothing is ever due.
+impl Device<Ap101Signal> for Ap101Modules {
+    type Reg = BitLocation;
+
+    #[inline(always)]
+    fn peek(&self, reg: BitLocation, t: u64) -> u8 {
+        match reg {
+            BitLocation::Module(n) => self.module(n).q(t).into(),
+            BitLocation::Running(n) => self.module(n).is_running(t).into(),
+            _ => 0,
+        }
+    }
+
+    #[inline(always)]
+    fn write(&mut self, reg: BitLocation, value: u8, _mask: u8, t: u64, _out: &mut Ap101Outbox) {
+        let (bit, cycle_start) = (value & 1 != 0, self.cycle_start);
+        match reg {
+            BitLocation::Module(n) => self.module_mut(n).write(bit, t, cycle_start),
+            BitLocation::Running(n) if bit => self.module_mut(n).clear(t),
+            _ => {}
+        }
+    }
+
+    fn reset(&mut self, _power_on: bool, _t: u64, _out: &mut Ap101Outbox) {
+        self.modules.iter_mut().for_each(|module| *module = Ap101Module::new(module.settings, module.hz));
     }
 }

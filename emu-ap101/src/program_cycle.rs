@@ -9,7 +9,7 @@
 //! Only the program cycle has instructions. The other phases pass in one step, up to what is due next.
 
 use emu_core::bus::report_events;
-use emu_core::cpu::{Bus, LAST_CYCLE, NEVER, Probe, ProgramFault, StopReason, Subcycle};
+use emu_core::cpu::{Bus, LAST_CYCLE, NEVER, Probe, ProgramError, ProgramFault, StopReason, Subcycle};
 use emu_core::lint::Lint;
 use emu_core::pins::CycleTime;
 
@@ -133,7 +133,10 @@ impl Ap101 {
                     self.begin(now, program_index);
                 }
                 if matches!(self.phase, ProgramPhase::Run { begun } if now >= begun + WATCHDOG_CYCLES) {
-                    return Some(StopReason::Fault { pc: self.core.next_address, fault: ProgramFault::CycleTooLong });
+                    return Some(StopReason::Error(ProgramError::Fault {
+                        pc: self.core.next_address,
+                        fault: ProgramFault::CycleTooLong,
+                    }));
                 }
             }
             // Inputs were latched at the first clock of the cycle. What is driven in the second clock is
@@ -149,7 +152,7 @@ impl Ap101 {
                     self.core.clock.set_deadline(until.min(next).min(begun + WATCHDOG_CYCLES).max(now + 1));
                     return None;
                 }
-                ProgramPhase::Reload { from, .. } => from + self.soc.channels(),
+                ProgramPhase::Reload { from, .. } => from + self.soc.channels.count(),
                 ProgramPhase::Ready { at } if now < at => at,
                 ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.run_state.run_while_halted => {
                     return Some(StopReason::Halted);
@@ -188,7 +191,7 @@ impl Ap101 {
 
     /// Clears everything that is not protected.
     fn lose_supply(&mut self, now: u64) {
-        self.soc.reset_on_power_loss(&self.config, self.hz, now);
+        self.soc.reset(now);
         (self.core.a, self.ric, self.fetched_word) = (false, 0, None);
     }
 
@@ -197,7 +200,7 @@ impl Ap101 {
         let now = self.core.clock.now();
         self.lose_supply(now);
         if cold {
-            self.soc.clear(&self.config);
+            self.soc.channels.clear(&self.config);
         }
         (self.overruns, self.running_program, self.run_state.breakpoint_to_pass) = (0, None, None);
         self.forget_repetition();
@@ -232,7 +235,7 @@ impl Ap101 {
     /// Ends a reload that is complete, and checks whether the period was exceeded.
     fn finish_reload(&mut self, now: u64) {
         if let ProgramPhase::Reload { from, due } = self.phase
-            && now >= from + self.soc.channels()
+            && now >= from + self.soc.channels.count()
         {
             if due.is_some_and(|due| now > due) {
                 self.overruns = self.overruns.saturating_add(1);
@@ -262,8 +265,10 @@ impl Ap101 {
         let first = self.running_program.map_or(0, |program_index| program_index + 1);
         let may = |program_index: usize| {
             let ops = programs.get(program_index)?;
-            (!self.config.reconfigurable || self.config.programs.is_empty() || self.soc.is_enabled(ops.program.entry))
-                .then_some(program_index)
+            (!self.config.reconfigurable
+                || self.config.programs.is_empty()
+                || self.soc.channels.is_enabled(ops.program.entry))
+            .then_some(program_index)
         };
         (0..programs.len()).find_map(|i| may((first + i) % programs.len()))
     }
@@ -320,7 +325,10 @@ impl Ap101 {
         let flow = if taken { self.code.flow(self.program_index, word) } else { ProgramFlow::WithinProgram };
         if let ProgramFlow::LeavesProgram(target) = flow {
             self.ric = previous_ric;
-            return Some(StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } });
+            return Some(StopReason::Error(ProgramError::Fault {
+                pc,
+                fault: ProgramFault::JumpOutOfProgram { target },
+            }));
         }
         if P::LINT && matches!(kind, Kind::Not | Kind::Clr) && word & 0xFFF != 0 {
             probe.on_lint(now, pc, Lint::UnusedFieldSet { word });

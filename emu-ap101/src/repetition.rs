@@ -191,8 +191,8 @@ impl Ap101 {
         ProgramCycleState {
             current: self.running_program,
             a: self.core.a,
-            cells: self.soc.cells,
-            modules: self.soc.existing_modules().cloned().collect(),
+            cells: self.soc.channels.cells,
+            modules: self.soc.modules.existing().cloned().collect(),
             cycle: now,
             instructions: self.core.clock.instructions(),
             overruns: self.overruns,
@@ -202,10 +202,11 @@ impl Ap101 {
     fn equals_state(&self, compared_state: &ProgramCycleState, now: u64) -> bool {
         compared_state.current == self.running_program
             && compared_state.a == self.core.a
-            && compared_state.cells == self.soc.cells
+            && compared_state.cells == self.soc.channels.cells
             && self
                 .soc
-                .existing_modules()
+                .modules
+                .existing()
                 .zip(&compared_state.modules)
                 .all(|(module, before)| module.repeats_as(now, before, compared_state.cycle))
     }
@@ -224,9 +225,7 @@ impl Ap101 {
         let most = if self.has_no_more_overruns(round) { u64::MAX } else { uncounted / u64::from(round.overruns) };
         let turns = (to.saturating_sub(now + 1) / round.cycles.max(1)).min(most);
         self.core.clock.repeat_iterations(turns, now - round.cycles, counted - round.instructions);
-        for module in self.soc.modules.iter_mut() {
-            module.shift_time(now - round.cycles, turns * round.cycles);
-        }
+        self.soc.modules.shift_time(now - round.cycles, turns * round.cycles);
         let overruns = u16::try_from(turns.saturating_mul(round.overruns.into())).unwrap_or(u16::MAX);
         self.overruns = self.overruns.saturating_add(overruns);
         turns > 0

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use emu_core::cpu::{Bus, Cpu, Probe, StopReason};
+use emu_core::cpu::{Bus, Cpu, Probe, ProgramError};
 use emu_core::engine::{CpuEngine, InstructionMark, LoopPlan};
 
 use crate::cpu::Avr;
@@ -82,12 +82,12 @@ impl CpuEngine for Avr {
         (std::array::from_fn(|r| self.data.bytes[r]), self.core.flags)
     }
 
-    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {
+    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
         // `pc` can be past the end of memory; it wraps to the start.
         self.core.pc = pc;
         let op = self.code.ops_unmarked[pc as usize];
         if op.kind == Kind::Illegal {
-            return Err(StopReason::Illegal { pc, word: self.code.word(pc) });
+            return Err(ProgramError::Illegal { pc, word: self.code.word(pc) });
         }
         self.core = self.executor(probe).0.single(op);
         Ok(())

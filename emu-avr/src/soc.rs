@@ -9,7 +9,7 @@ use emu_core::cpu::{BusEffect, NEVER, ResetCause};
 use emu_core::device::Scheduler;
 use emu_core::external_io::{DriveQueue, EventLog, OutsideInput};
 use emu_core::parts::prescaler::Prescaler;
-use emu_core::pins::{ChipEvent, CycleTime, PinState};
+use emu_core::pins::{ChipEvent, CycleTime};
 
 use crate::chips::{AvrPart, FuseLayout, unit_index};
 use crate::cpu::Options;
@@ -207,12 +207,6 @@ impl AvrSoc {
         };
         soc.reset(ResetCause::PowerOn, 0);
         soc
-    }
-
-    /// Returns the states of all pins.
-    #[must_use]
-    pub fn pins(&self) -> &[PinState] {
-        self.ports.pins()
     }
 
     /// Returns the content of the EEPROM.

@@ -9,7 +9,7 @@ use emu_avr::{Avr, Options};
 use emu_core::chip::{Chip, ChipPackage, PinDef};
 use emu_core::cpu::{Bus, ResetCause};
 use emu_core::image::{Image, Segment};
-use emu_core::{Cpu, PinLevel, RamInit, StopReason};
+use emu_core::{Cpu, PinLevel, ProgramError, RamInit, StopReason};
 
 /// Chip, document, KB of flash, page size in bytes, largest boot section in bytes, first RAM address, bytes
 /// of RAM, bytes of EEPROM, ports, number of vectors, signature.
@@ -424,7 +424,12 @@ fn instructions_that_a_chip_lacks() {
             let mut avr = machine(chip, &[(0, &text)]);
             let stop = avr.step(&mut ());
             assert_eq!(emu_asm::assemble_line(chip, line, 0).is_ok(), there, "{}: {line}", chip.name);
-            assert_eq!(matches!(stop, StopReason::Illegal { pc: 0, .. }), !there, "{}: {line}: {stop:?}", chip.name);
+            assert_eq!(
+                matches!(stop, StopReason::Error(ProgramError::Illegal { pc: 0, .. })),
+                !there,
+                "{}: {line}: {stop:?}",
+                chip.name
+            );
             let shown = (chip.isa.disassemble)(&words, 0).text;
             assert_eq!(shown.starts_with(".word"), !there, "{}: {line}: {shown}", chip.name);
         }

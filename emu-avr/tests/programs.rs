@@ -4,7 +4,7 @@
 use emu_avr::{Avr, chips};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, RamInit, StopReason};
+use emu_core::{Cpu, Probe, ProgramError, RamInit, StopReason};
 
 const LIMIT: u64 = 4_000_000;
 
@@ -68,9 +68,9 @@ fn judge(program: &Program, avr: &Avr, stop: StopReason) {
         match words[..] {
             ["stop", addr] => assert_eq!(stop, StopReason::Breakpoint { pc: number(addr) as u32 / 2 }, "{name}"),
             ["halted"] => assert_eq!(stop, StopReason::Halted, "{name}"),
-            ["fault"] => assert!(matches!(stop, StopReason::Fault { .. }), "{name}: {stop:?}"),
+            ["fault"] => assert!(matches!(stop, StopReason::Error(ProgramError::Fault { .. })), "{name}: {stop:?}"),
             ["illegal", word] => assert!(
-                matches!(stop, StopReason::Illegal { word: w, .. } if u64::from(w) == number(word)),
+                matches!(stop, StopReason::Error(ProgramError::Illegal { word: w, .. }) if u64::from(w) == number(word)),
                 "{name}: {stop:?}"
             ),
             ["pc", addr] => assert_eq!(u64::from(avr.pc()) * 2, number(addr), "{name}: pc"),
@@ -146,7 +146,7 @@ fn any_way_of_running_gives_the_same_machine() {
         let stop = probed.run(LIMIT, &mut all);
         assert_eq!((state(&probed), stop), wanted, "{}: with a probe", program.name);
         // An instruction that stops a run without being executed has been observed once.
-        let extra = u64::from(matches!(stop, StopReason::Illegal { .. } | StopReason::Fault { .. }));
+        let extra = u64::from(matches!(stop, StopReason::Error(_)));
         assert_eq!(all.0, probed.instructions() + extra, "{}: instructions seen", program.name);
 
         for _ in 0..20 {

@@ -4,7 +4,7 @@
 use crate::cpu::NEVER;
 use crate::cpu::{Probe, ResetCause};
 use crate::external_io::{EventLog, OutsideInput};
-use crate::pins::{CycleTime, PinId, PinLevel};
+use crate::pins::{CycleTime, PinId, PinLevel, PinState};
 
 /// Requests of a bus access to the core, as a set of bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -78,9 +78,19 @@ pub trait Bus: Clone {
     fn can_wake(&self, interrupts_enabled: bool) -> bool;
     /// Whether something is still pending: a byte that is being sent, or a queued drive.
     fn is_busy(&self) -> bool;
+    /// The pins that the chip and the outside can drive against each other, in the order of their numbers.
+    fn pins(&self) -> &[PinState] {
+        &[]
+    }
     /// Level of a pin after everything that was executed so far; [`PinLevel::Float`] if the pin does not
     /// exist.
-    fn level(&self, pin: PinId) -> PinLevel;
+    fn level(&self, pin: PinId) -> PinLevel {
+        self.pins().get(usize::from(pin)).map_or(PinLevel::Float, PinState::level)
+    }
+    /// Whether the chip and the outside drive a pin to opposite levels.
+    fn has_contention(&self, pin: PinId) -> bool {
+        self.pins().get(usize::from(pin)).is_some_and(PinState::has_contention)
+    }
     /// Queues an input from outside for the time `at`, or applies it at the machine cycle `now` if that has
     /// passed. Inputs of the same time take effect in call order. Returns false if the chip does not model
     /// such inputs.
@@ -91,7 +101,17 @@ pub trait Bus: Clone {
     }
     /// Enables or disables the log of edges, sent bytes and contentions from the cycle `now` on. Enabling it
     /// logs the present contentions; disabling it discards all events.
-    fn set_event_log(&mut self, on: bool, now: u64);
+    fn set_event_log(&mut self, on: bool, now: u64) {
+        let starts = on && !self.event_log().is_enabled();
+        let pins = if starts { 0..self.pins().len() as PinId } else { 0..0 };
+        let contended = pins.filter(|&pin| self.has_contention(pin)).collect();
+        self.event_log().set_enabled(on, now, contended);
+        self.on_event_log_set(on);
+    }
+    /// Is called after the log was enabled or disabled.
+    fn on_event_log_set(&mut self, on: bool) {
+        let _ = on;
+    }
     /// The log of events.
     fn event_log(&mut self) -> &mut EventLog;
     /// Executes everything up to `now`, including what is normally computed only when it is read, so that

@@ -31,20 +31,8 @@ pub enum StopReason {
     Limit,
     /// Nothing that is enabled can wake or reset the chip, and no output is pending.
     Halted,
-    /// The word at the program counter is not an instruction of this chip. It was not executed.
-    Illegal {
-        /// Program word address.
-        pc: u32,
-        /// The word that was found.
-        word: u16,
-    },
-    /// The program did something that this model cannot execute. The instruction was not executed.
-    Fault {
-        /// Program word address.
-        pc: u32,
-        /// What it did.
-        fault: ProgramFault,
-    },
+    /// The program cannot continue. The instruction was not executed.
+    Error(ProgramError),
     /// A breakpoint set by [`Cpu::set_breakpoint`] was reached. Its instruction was not executed yet.
     Breakpoint {
         /// Program word address.

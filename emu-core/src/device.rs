@@ -22,11 +22,15 @@ pub trait Device<S: DeviceSignal> {
     type Reg: Copy;
 
     /// Executes everything that is due at or before `t`. Repeated calls have no further effect.
-    fn run_due(&mut self, t: u64, out: &mut Outbox<S>);
+    fn run_due(&mut self, t: u64, out: &mut Outbox<S>) {
+        let _ = (t, out);
+    }
     /// Returns the time at which [`Device::run_due`] next has an effect outside the device (an enabled
     /// interrupt, a flag of the chip, a line, a signal), if no register is written and no line changes
     /// before; [`NEVER`] if there is none.
-    fn next_deadline(&self) -> u64;
+    fn next_deadline(&self) -> u64 {
+        NEVER
+    }
     /// Returns the requested interrupts, with flag and enable both set; call `run_due` first. Bit `n` is
     /// interrupt `n` of the device, in the order of the vectors. A device whose flags are in registers of the
     /// chip requests none.
@@ -80,7 +84,10 @@ pub trait Device<S: DeviceSignal> {
     }
     /// Returns the time up to which a read of `reg` gives the same value as at `t`, without side effects, if
     /// nothing is written and no line changes; `t` itself if nothing is guaranteed.
-    fn steady_until(&self, reg: Self::Reg, t: u64) -> u64;
+    fn steady_until(&self, reg: Self::Reg, t: u64) -> u64 {
+        let _ = reg;
+        t
+    }
 }
 
 /// When each of the `N` devices of a chip is due, which interrupts it requests, and when the chip is due.
@@ -138,6 +145,29 @@ impl<const N: usize> Scheduler<N> {
         self.touched = 0;
         self.due = self.deadlines.iter().fold(other, |due, &next| due.min(next));
     }
+}
+
+/// Declares the devices of a chip: a module `unit_index` with their numbers and `COUNT`, and a macro
+/// `for_each_unit!` that evaluates an expression for each of them, in this order. `for_each_unit!(chip, unit, number
+/// => ..)` binds a device of `chip` and its number. The list begins with a `$`.
+#[macro_export]
+macro_rules! device_list {
+    ($d:tt $($number:ident: $field:ident),+ $(,)?) => {
+        /// Numbers of the units.
+        mod unit_index {
+            #[allow(clippy::upper_case_acronyms, non_camel_case_types)]
+            enum Index { $($number,)+ COUNT }
+            $(pub(super) const $number: usize = Index::$number as usize;)+
+            pub(super) const COUNT: usize = Index::COUNT as usize;
+        }
+
+        macro_rules! for_each_unit {
+            ($d chip:ident, $d unit:ident => $d what:expr) => { for_each_unit!($d chip, $d unit, _number => $d what) };
+            ($d chip:ident, $d unit:ident, $d index:ident => $d what:expr) => {{
+                $({ let ($d unit, $d index) = (&mut $d chip.$field, unit_index::$number); $d what; })+
+            }};
+        }
+    };
 }
 
 /// A chip that carries out the signals of its devices.

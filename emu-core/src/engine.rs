@@ -7,7 +7,7 @@
 //! executes instructions up to the deadline.
 
 use crate::bus::{Bus, report_events};
-use crate::cpu::{Cpu, LAST_CYCLE, NEVER, Probe, StopReason};
+use crate::cpu::{Cpu, LAST_CYCLE, NEVER, Probe, ProgramError, StopReason};
 use crate::pins::{ChipEvent, CycleTime};
 
 /// Iterations of a loop are skipped only if nothing that the loop reads changes for at least this number of
@@ -130,7 +130,7 @@ pub trait CpuEngine: Cpu {
     ///
     /// # Errors
     /// The reason why it cannot be executed.
-    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason>;
+    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError>;
 }
 
 /// Runs to the machine cycle `until`, or until something stops the run ([`Cpu::run`]).
@@ -273,8 +273,8 @@ fn slow_path<E: CpuEngine, P: Probe>(
         return Some(StopReason::Probe);
     }
     let (start, instructions_before) = (cpu.cycle(), cpu.instructions());
-    if let Err(stop) = cpu.execute_single(pc, probe) {
-        return Some(stop);
+    if let Err(error) = cpu.execute_single(pc, probe) {
+        return Some(StopReason::Error(error));
     }
     match cpu.instruction_mark(pc) {
         InstructionMark::JumpsToItself if !at_breakpoint && cpu.pc() == pc => {

@@ -78,9 +78,10 @@ impl EventLog {
 
     /// Enables or disables the log. If it was disabled, enabling it first logs a contention at the machine
     /// cycle `now` for each of `contended_pins`. Disabling it discards all events.
-    pub fn set_enabled(&mut self, on: bool, now: u64, contended_pins: impl Iterator<Item = PinId>) {
+    pub fn set_enabled(&mut self, on: bool, now: u64, contended_pins: Vec<PinId>) {
         if on && !self.enabled {
-            self.events.extend(contended_pins.map(|pin| ChipEvent::Contention { at: CycleTime::at(now), pin }));
+            self.events
+                .extend(contended_pins.into_iter().map(|pin| ChipEvent::Contention { at: CycleTime::at(now), pin }));
         } else if !on {
             self.events.clear();
         }

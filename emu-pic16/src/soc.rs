@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
 use emu_core::device::Scheduler;
 use emu_core::external_io::{EventLog, OutsideInput};
-use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
+use emu_core::pins::{ChipEvent, CycleTime, PinState};
 
 use crate::chips::{self, Pic16Part};
 use crate::cpu::Options;
@@ -107,35 +107,11 @@ pub struct Pic16Soc {
     out: Pic16Outbox,
 }
 
-/// Evaluates `$what` for every unit, as `$part`.
-macro_rules! for_each_unit {
-    ($soc:ident, $part:ident => $what:expr) => { for_each_unit!($soc, $part, _number => $what) };
-    ($soc:ident, $part:ident, $number:ident => $what:expr) => {{
-        { let ($part, $number) = (&mut $soc.timer0, unit_index::TIMER0); $what; }
-        { let ($part, $number) = (&mut $soc.timers, unit_index::TIMERS); $what; }
-        { let ($part, $number) = (&mut $soc.usart, unit_index::USART); $what; }
-        { let ($part, $number) = (&mut $soc.ssp, unit_index::SSP); $what; }
-        { let ($part, $number) = (&mut $soc.eeprom, unit_index::EEPROM); $what; }
-        { let ($part, $number) = (&mut $soc.adc, unit_index::ADC); $what; }
-        { let ($part, $number) = (&mut $soc.comparators, unit_index::COMPARATORS); $what; }
-        { let ($part, $number) = (&mut $soc.psp, unit_index::PSP); $what; }
-    }};
-}
+emu_core::device_list!($
+    TIMER0: timer0, TIMERS: timers, USART: usart, SSP: ssp, EEPROM: eeprom,
+    ADC: adc, COMPARATORS: comparators, PSP: psp,
+);
 use for_each_unit;
-
-/// Numbers of the units.
-#[rustfmt::skip]
-mod unit_index {
-    pub(super) const TIMER0:      usize = 0;
-    pub(super) const TIMERS:      usize = 1;
-    pub(super) const USART:       usize = 2;
-    pub(super) const SSP:         usize = 3;
-    pub(super) const EEPROM:      usize = 4;
-    pub(super) const ADC:         usize = 5;
-    pub(super) const COMPARATORS: usize = 6;
-    pub(super) const PSP:         usize = 7;
-    pub(super) const COUNT:       usize = 8;
-}
 
 impl Pic16Soc {
     /// Returns the chip at cycle 0, after power-on. `config` has the words from 2000h on that the image
@@ -187,12 +163,6 @@ impl Pic16Soc {
         };
         soc.reset(ResetCause::PowerOn, 0);
         soc
-    }
-
-    /// Returns the states of all pins.
-    #[must_use]
-    pub fn pins(&self) -> &[PinState] {
-        self.ports.pins()
     }
 
     /// Supplies a requested word of program memory.
@@ -398,8 +368,8 @@ impl Bus for Pic16Soc {
         ((from..until).contains(&now)).then_some(CoreRequest::Ignore { until })
     }
 
-    fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
+    fn pins(&self) -> &[PinState] {
+        self.ports.pins()
     }
 
     fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
@@ -415,9 +385,7 @@ impl Bus for Pic16Soc {
         self.usart.byte_in_stop_bit()
     }
 
-    fn set_event_log(&mut self, on: bool, now: u64) {
-        let pins = 0..crate::periph::ports::PIN_COUNT as PinId;
-        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
+    fn on_event_log_set(&mut self, on: bool) {
         self.ports.set_peripheral_pins(if on { u64::MAX } else { self.pin_inputs.peripheral_pins() });
     }
 

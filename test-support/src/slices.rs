@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
+use emu_core::cpu::{Cpu, Probe, ProgramError, ProgramFault, ResetCause, StopReason};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 
@@ -221,10 +221,10 @@ impl<C: Cpu> SliceSubject<C> {
         // The instruction count continues after a reset. An illegal instruction, or a jump that cannot be
         // executed, is reported and then stops the run without being counted.
         let refused = |stop: &StopReason| {
-            matches!(
-                stop,
-                StopReason::Illegal { .. } | StopReason::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. }
-            )
+            use ProgramError::{Fault, Illegal};
+            let jump = |fault: &ProgramFault| matches!(fault, ProgramFault::JumpOutOfProgram { .. });
+            matches!(stop, StopReason::Error(Illegal { .. }))
+                || matches!(stop, StopReason::Error(Fault { fault, .. }) if jump(fault))
         };
         let illegal = shown.views.iter().filter(|look| refused(&look.0)).count() as u64;
         let counted = shown.views.last().map(|look| look.1[1] + illegal);

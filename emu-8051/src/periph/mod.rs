@@ -10,16 +10,49 @@
 pub mod map;
 pub mod ports;
 pub mod serial;
+pub mod ticks;
 pub mod timer;
 pub mod timer2;
+pub mod watchdog;
 
-pub use emu_core::device::Device;
+pub use emu_core::device::{Device, SignalReceiver};
 use emu_core::device::{DeviceSignal, Outbox};
-use emu_core::pins::PinId;
+use emu_core::pins::{CycleTime, PinId};
 
-/// A signal of a peripheral. There are none yet: the chip asks its peripherals for their flags and lines.
+use serial::SerialEdge;
+
+/// A signal of a peripheral. Times are in oscillator time.
 #[derive(Debug, Clone, Copy)]
-pub enum Mcs51Signal {}
+pub enum Mcs51Signal {
+    /// In cycle `t` the serial port changes a line, now or later.
+    Edge {
+        /// The cycle of the signal.
+        t: u64,
+        /// The change.
+        edge: SerialEdge,
+    },
+    /// A byte was sent: its stop bit ended, or in mode 0 its last bit.
+    Sent {
+        /// The cycle.
+        t: u64,
+        /// The byte.
+        byte: u8,
+    },
+    /// The serial port has set one of its flags.
+    Flag,
+    /// The clock output of timer 2 gets a level.
+    ClockOut {
+        /// Cycle, and clock 0 to 11 in it.
+        at: CycleTime,
+        /// The level.
+        high: bool,
+    },
+    /// The watchdog has overflowed.
+    Watchdog {
+        /// The cycle.
+        t: u64,
+    },
+}
 
 impl DeviceSignal for Mcs51Signal {
     type Line = PinId;

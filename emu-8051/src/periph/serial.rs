@@ -20,6 +20,7 @@
 //!   shift.
 //! - A flag that is already set is not set again: its time stays that of the first event.
 
+mod clocked;
 mod rx;
 mod shift;
 mod tx;
@@ -28,6 +29,7 @@ use emu_core::NEVER;
 use emu_core::pins::CycleTime;
 use emu_core::state;
 
+pub use clocked::{BaudClocks, Mcs51Serial};
 use rx::SerialReceiver;
 use shift::ShiftRegister;
 use tx::SerialSender;
@@ -230,6 +232,12 @@ impl SerialPort {
     /// Sets the level of RXD from now on. Every change must be reported, after the ticks before it.
     pub fn set_rxd_level(&mut self, level: bool) {
         self.receiver.set_level(level);
+    }
+
+    /// The level of RXD, as set by [`SerialPort::set_rxd_level`].
+    #[must_use]
+    pub const fn rxd_level(&self) -> bool {
+        self.receiver.level()
     }
 
     /// Ticks of the receive clock until one that matters, if the line does not change; `None` if there is

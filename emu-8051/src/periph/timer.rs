@@ -14,6 +14,7 @@
 //! - A flag that is already set is not set again: its time stays that of the first overflow.
 
 use super::map::{pin, sfr};
+use super::ticks::Ticks;
 use super::{Device, Mcs51Outbox, Mcs51Signal};
 use emu_core::NEVER;
 use emu_core::pins::PinId;
@@ -180,14 +181,6 @@ impl Device<Mcs51Signal> for Mcs51Timers {
     /// A direct address.
     type Reg = u8;
 
-    fn run_due(&mut self, t: u64, _out: &mut Mcs51Outbox) {
-        self.advance_to(t);
-    }
-
-    fn next_deadline(&self) -> u64 {
-        self.next_flag(0).min(self.next_flag(1))
-    }
-
     fn interrupt_requests(&self) -> u8 {
         u8::from(self.flag(0)) | u8::from(self.flag(1)) << 1
     }
@@ -330,35 +323,30 @@ impl Mcs51Timers {
     #[must_use]
     pub fn next_flag(&self, n: usize) -> u64 {
         match (n & 1, self.is_split()) {
-            (0, _) => self.overflow_cycle(TIMER0_COUNTER, 1),
-            (_, true) => self.overflow_cycle(TH0_COUNTER, 1),
-            (_, false) => self.overflow_cycle(TIMER1_COUNTER, 1),
+            (0, _) => self.overflow_cycle(&self.counts, TIMER0_COUNTER),
+            (_, true) => self.overflow_cycle(&self.counts, TH0_COUNTER),
+            (_, false) => self.overflow_cycle(&self.counts, TIMER1_COUNTER),
         }
     }
 
-    /// Number of overflows of timer 1 since power-up. They clock the serial port, even if they set no flag
-    /// because timer 0 is in mode 3.
+    /// The overflows of timer 1 since power-up, exact from the last register write, pin change or boundary on.
+    /// They clock the serial port, even if they set no flag because timer 0 is in mode 3.
     #[must_use]
-    pub fn overflows(&self) -> u64 {
-        self.counts.overflows
-    }
-
-    /// The cycle of timer 1's overflow number `k`, counted as by [`Mcs51Timers::overflows`], if no register
-    /// or pin changes; [`NEVER`] if there is none or it is in the past.
-    #[must_use]
-    pub fn cycle_of_overflow(&self, k: u64) -> u64 {
-        match k.checked_sub(self.counts.overflows) {
-            None | Some(0) => NEVER,
-            Some(ahead) => self.overflow_cycle(TIMER1_COUNTER, ahead),
-        }
-    }
-
-    /// The value of [`Mcs51Timers::overflows`] at cycle `now`, if no register or pin changes.
-    #[must_use]
-    pub fn overflows_by(&self, now: u64) -> u64 {
+    pub fn ticks(&self) -> Ticks {
+        let counts = &self.counts_before;
         let (feed, shape) = self.counter_setup[TIMER1_COUNTER];
-        let (first, period) = self.counts.counts_to_overflow(1, shape);
-        self.counts.overflows + overflows_in(self.counts_fed(feed, now), first, period)
+        let (_, period) = counts.counts_to_overflow(1, shape);
+        Ticks {
+            count: counts.overflows,
+            next: self.overflow_cycle(counts, TIMER1_COUNTER),
+            period: if feed == TimerFeed::Cycles { period } else { NEVER },
+            in_states: false,
+        }
+    }
+
+    /// Whether the counts agree with those of the last change; only a damaged snapshot has others.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.ticks().count_by_cycle(self.counts.synced) == self.counts.overflows
     }
 
     /// Whether timer 0 is in mode 3.
@@ -422,14 +410,13 @@ impl Mcs51Timers {
         }
     }
 
-    /// The cycle of the `k`th overflow of a counter that is not counted yet; [`NEVER`] if there is none.
-    fn overflow_cycle(&self, counter: usize, k: u64) -> u64 {
+    /// The cycle of a counter's next overflow after `counts`; [`NEVER`] if there is none.
+    fn overflow_cycle(&self, counts: &TimerCounts, counter: usize) -> u64 {
         let (feed, shape) = self.counter_setup[counter];
-        let (first, period) = self.counts.counts_to_overflow(COUNTER_OWNER[counter], shape);
-        let count = (k - 1).saturating_mul(period).saturating_add(first);
+        let (first, _) = counts.counts_to_overflow(COUNTER_OWNER[counter], shape);
         match feed {
-            TimerFeed::Cycles => self.counts.synced.saturating_add(count),
-            TimerFeed::OneEdge(cycle) if count == 1 && cycle > self.counts.synced => cycle,
+            TimerFeed::Cycles => counts.synced.saturating_add(first),
+            TimerFeed::OneEdge(cycle) if first == 1 && cycle > counts.synced => cycle,
             _ => NEVER,
         }
     }
@@ -445,7 +432,7 @@ impl Mcs51Timers {
             }
             let (first, period) = self.counts.counts_to_overflow(n, shape);
             if counts >= first {
-                let cycle = self.overflow_cycle(counter, 1);
+                let cycle = self.overflow_cycle(&self.counts, counter);
                 if counter == TIMER1_COUNTER {
                     self.counts.overflows += overflows_in(counts, first, period);
                 }

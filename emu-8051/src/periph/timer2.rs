@@ -24,16 +24,17 @@
 //!   flag would be.
 
 use super::map::{pin, sfr};
+use super::ticks::Ticks;
 use super::timer::{InputPin, overflows_in};
 use super::{Device, Mcs51Outbox, Mcs51Signal};
 use emu_core::NEVER;
-use emu_core::pins::PinId;
+use emu_core::pins::{CycleTime, PinId};
 use emu_core::state;
 
 const TF2: u8 = 0x80;
 const EXF2: u8 = 0x40;
-/// RCLK and TCLK.
-const BAUD: u8 = 0x30;
+const RCLK: u8 = 0x20;
+const TCLK: u8 = 0x10;
 const EXEN2: u8 = 0x08;
 const TR2: u8 = 0x04;
 const COUNTER: u8 = 0x02;
@@ -81,6 +82,13 @@ state! {
     if |of, now| of.synced <= now && of.states_behind <= 1 && of.overflows != NEVER
 }
 
+impl Timer2Counts {
+    /// The first state that is not counted yet.
+    const fn next_state(&self) -> u64 {
+        self.synced.saturating_add(1).saturating_mul(6).saturating_sub(self.states_behind)
+    }
+}
+
 /// The configuration that follows from T2CON, T2MOD and the pins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Timer2Setup {
@@ -107,6 +115,8 @@ pub struct Mcs51Timer2 {
     t2ex: InputPin,
     setup: Timer2Setup,
     counts: Timer2Counts,
+    /// Number of overflows up to which toggles of pin T2 were signalled.
+    toggles_shown: u64,
     /// The counts at the last register write or pin change. They are restored when a second change falls into
     /// a cycle that has already been counted.
     counts_before: Timer2Counts,
@@ -114,22 +124,34 @@ pub struct Mcs51Timer2 {
 
 // The setup is derived from the other fields.
 state! {
-    Mcs51Timer2 { control, mode, t2, t2ex, counts, counts_before } stays { setup } if |timer, now| timer.counts.synced + 1 >= now,
+    Mcs51Timer2 { control, mode, t2, t2ex, counts, toggles_shown, counts_before } stays { setup }
+    if |timer, now| timer.counts.synced + 1 >= now && timer.toggles_shown != NEVER,
     then Mcs51Timer2::update_setup
 }
 
 /// A write at the end of cycle `t` acts from cycle `t + 1` on, a level at S5P2 of cycle `t` from `t` on. The
-/// last level of a cycle wins. There is no signal: the chip asks for the flags and the clock.
+/// last level of a cycle wins. The chip asks for the flags; the clock output is a signal, which shows all toggles of
+/// a cycle at once, including that of S6.
 impl Device<Mcs51Signal> for Mcs51Timer2 {
     /// A direct address.
     type Reg = u8;
 
-    fn run_due(&mut self, t: u64, _out: &mut Mcs51Outbox) {
-        self.advance_to(t);
+    /// Signals the toggles of the clock output up to the end of cycle `t`.
+    fn run_due(&mut self, t: u64, out: &mut Mcs51Outbox) {
+        while self.next_deadline() <= t {
+            let state = self.next_toggle();
+            self.toggles_shown += 1;
+            let behind = self.toggles_shown.wrapping_sub(self.counts.overflows) & 1 != 0;
+            let at = CycleTime { cycle: state / 6, phase: (state % 6 * 2) as u8 };
+            out.push(Mcs51Signal::ClockOut { at, high: self.counts.clock ^ behind });
+        }
     }
 
     fn next_deadline(&self) -> u64 {
-        self.next_flag()
+        match self.next_toggle() {
+            NEVER => NEVER,
+            state => state / 6,
+        }
     }
 
     fn interrupt_requests(&self) -> u8 {
@@ -154,8 +176,9 @@ impl Device<Mcs51Signal> for Mcs51Timer2 {
         }
     }
 
-    fn write(&mut self, reg: u8, value: u8, mask: u8, t: u64, _out: &mut Mcs51Outbox) {
+    fn write(&mut self, reg: u8, value: u8, mask: u8, t: u64, out: &mut Mcs51Outbox) {
         self.advance_to(t);
+        let had_clock = self.setup.clock;
         let value = self.peek(reg, t) & !mask | value & mask;
         let (low, high) = (u16::from(value), u16::from(value) << 8);
         match reg {
@@ -166,6 +189,9 @@ impl Device<Mcs51Signal> for Mcs51Timer2 {
             sfr::TL2 => self.change(|timer| timer.counts.value = timer.counts.value & 0xFF00 | low),
             sfr::TH2 => self.change(|timer| timer.counts.value = timer.counts.value & 0xFF | high),
             _ => {}
+        }
+        if had_clock || self.setup.clock {
+            self.show_clock(t, out);
         }
     }
 
@@ -216,7 +242,8 @@ impl Mcs51Timer2 {
             clock: true,
         };
         let (t2, t2ex) = (InputPin::HIGH, InputPin::HIGH);
-        Mcs51Timer2 { control: 0, mode: 0, t2, t2ex, setup: setup_for(0, 0, &t2, &t2ex), counts, counts_before: counts }
+        let setup = setup_for(0, 0, &t2, &t2ex);
+        Mcs51Timer2 { control: 0, mode: 0, t2, t2ex, setup, counts, toggles_shown: 0, counts_before: counts }
     }
 
     /// Drops the counts kept for restoring if no change can need them any more, because cycle `t` has begun.
@@ -283,7 +310,7 @@ impl Mcs51Timer2 {
     #[must_use]
     pub fn next_flag(&self) -> u64 {
         let Timer2Counts { synced, .. } = self.counts;
-        let (first, _) = self.counts_to_overflow();
+        let (first, _) = self.counts_to_overflow(&self.counts);
         let overflow = match self.setup.feed {
             Timer2Feed::Cycles => synced.saturating_add(first),
             Timer2Feed::OneEdge(cycle) if first == 1 && cycle > synced && !self.setup.is_generator => cycle,
@@ -293,41 +320,31 @@ impl Mcs51Timer2 {
         if self.setup.edge > synced { flag.min(self.setup.edge) } else { flag }
     }
 
-    /// Number of overflows as a baud or clock generator since power-up.
+    /// The overflows as a baud or clock generator since power-up, exact from the last register write, pin change
+    /// or boundary on.
     #[must_use]
-    pub fn overflows(&self) -> u64 {
-        self.counts.overflows
-    }
-
-    /// The state (6 x cycle + 0 for S1 to 5 for S6) of overflow number `k`, counted as by
-    /// [`Mcs51Timer2::overflows`], if no register or pin changes; [`NEVER`] if there is none or it is in the
-    /// past.
-    #[must_use]
-    pub fn state_of_overflow(&self, k: u64) -> u64 {
-        let Some(ahead @ 1..) = k.checked_sub(self.counts.overflows) else { return NEVER };
-        let (first, period) = self.counts_to_overflow();
-        let count = (ahead - 1).saturating_mul(period).saturating_add(first);
-        match self.setup.feed {
-            Timer2Feed::States => self.next_state().saturating_add(count - 1),
-            Timer2Feed::OneEdge(cycle) if count == 1 && cycle > self.counts.synced && self.setup.is_generator => {
-                cycle.saturating_mul(6).saturating_add(S3)
+    pub fn ticks(&self) -> Ticks {
+        let counts = &self.counts_before;
+        let (first, period) = self.counts_to_overflow(counts);
+        let (next, period) = match self.setup.feed {
+            Timer2Feed::States => (counts.next_state().saturating_add(first - 1), period),
+            Timer2Feed::OneEdge(cycle) if first == 1 && cycle > counts.synced && self.setup.is_generator => {
+                (cycle.saturating_mul(6).saturating_add(S3), NEVER)
             }
-            _ => NEVER,
-        }
-    }
-
-    /// The value of [`Mcs51Timer2::overflows`] after `state`, if no register or pin changes.
-    #[must_use]
-    pub fn overflows_by(&self, state: u64) -> u64 {
-        let counts = match self.setup.feed {
-            Timer2Feed::States => state.saturating_add(1).saturating_sub(self.next_state()),
-            Timer2Feed::OneEdge(cycle) if self.setup.is_generator && cycle > self.counts.synced => {
-                u64::from(cycle.saturating_mul(6).saturating_add(S3) <= state)
-            }
-            _ => 0,
+            _ => (NEVER, NEVER),
         };
-        let (first, period) = self.counts_to_overflow();
-        self.counts.overflows + overflows_in(counts, first, period)
+        Ticks { count: counts.overflows, next, period, in_states: true }
+    }
+
+    /// Whether the counts agree with those of the last change; only a damaged snapshot has others.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.ticks().count_by_cycle(self.counts.synced) == self.counts.overflows
+    }
+
+    /// Whether the timer clocks the transmitter (TCLK) and the receiver (RCLK) of the serial port.
+    #[must_use]
+    pub const fn clocks_serial(&self) -> [bool; 2] {
+        [self.control & TCLK != 0, self.control & RCLK != 0]
     }
 
     /// The level that the clock generator drives on pin T2; `None` while it does not drive it: T2OE clear or
@@ -337,20 +354,22 @@ impl Mcs51Timer2 {
         self.setup.clock.then_some(self.counts.clock)
     }
 
-    /// The state in which the clock generator toggles pin T2 next; [`NEVER`] while it is off or stopped.
+    /// The state of the next toggle of pin T2 that was not signalled; [`NEVER`] while the clock generator is
+    /// off or stopped.
     #[must_use]
     pub fn next_toggle(&self) -> u64 {
-        if self.setup.clock { self.state_of_overflow(self.counts.overflows.saturating_add(1)) } else { NEVER }
+        if self.setup.clock { self.ticks().time_of(self.toggles_shown.saturating_add(1)) } else { NEVER }
     }
 
-    /// The first state that is not counted yet.
-    fn next_state(&self) -> u64 {
-        self.counts.synced.saturating_add(1).saturating_mul(6).saturating_sub(self.counts.states_behind)
+    /// Signals the level of the clock output after a write at the end of cycle `t`.
+    fn show_clock(&mut self, t: u64, out: &mut Mcs51Outbox) {
+        self.toggles_shown = self.counts.overflows;
+        out.push(Mcs51Signal::ClockOut { at: CycleTime::at(t + 1), high: self.clock_out() != Some(false) });
     }
 
     /// Counts until the next overflow, and from one overflow to the next.
-    fn counts_to_overflow(&self) -> (u64, u64) {
-        let Timer2Counts { value, rcap, .. } = self.counts;
+    fn counts_to_overflow(&self, counts: &Timer2Counts) -> (u64, u64) {
+        let Timer2Counts { value, rcap, .. } = *counts;
         let period = 0x1_0000 - if self.setup.reload { u64::from(rcap) } else { 0 };
         let first = if self.setup.down { 1 + u64::from(value.wrapping_sub(rcap)) } else { 0x1_0000 - u64::from(value) };
         (first, period)
@@ -375,7 +394,7 @@ impl Mcs51Timer2 {
 
     /// Adds `counts` counts. If each takes a cycle, `from` is the cycle before the first.
     fn count(&mut self, counts: u64, from: u64) {
-        let (first, period) = self.counts_to_overflow();
+        let (first, period) = self.counts_to_overflow(&self.counts);
         let Timer2Setup { is_generator: generator, clock, reload, counts_up_down: updown, down, .. } = self.setup;
         let state = &mut self.counts;
         if counts < first {
@@ -461,7 +480,7 @@ impl Mcs51Timer2 {
 fn setup_for(control: u8, mode: u8, t2: &InputPin, t2ex: &InputPin) -> Timer2Setup {
     let counter = control & COUNTER != 0;
     let clock = mode & T2OE != 0 && !counter;
-    let generator = control & BAUD != 0 || clock;
+    let generator = control & (RCLK | TCLK) != 0 || clock;
     let reload = generator || control & CAPTURE == 0;
     let updown = reload && !generator && mode & DCEN != 0;
     let feed = match (control & TR2 != 0, counter) {

@@ -5,11 +5,11 @@ use std::convert::Infallible;
 
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
 use emu_core::external_io::{EventLog, OutsideInput};
-use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_core::pins::{CycleTime, PinId, PinState};
 
-use super::{Mcs51Soc, power};
+use super::{Mcs51Soc, power, unit_index};
+use crate::periph::Device;
 use crate::periph::map::sfr;
-use crate::periph::ports::PINS;
 
 impl Bus for Mcs51Soc {
     type Request = Infallible;
@@ -116,7 +116,8 @@ impl Bus for Mcs51Soc {
         let t = self.to_oscillator_time(now);
         self.sync_timers(t);
         self.pcon &= !power::IDL;
-        self.watchdog.resume(t);
+        self.schedule.touch(unit_index::WATCHDOG);
+        self.watchdog.restart_clock(t, &mut self.out);
         self.enter(vector);
         self.update_deadline();
         self.next_interrupt_boundary = 0;
@@ -128,9 +129,8 @@ impl Bus for Mcs51Soc {
     }
 
     fn is_busy(&self) -> bool {
-        let receives = self.serial.rx_ticks_to_next_step().is_some() && self.next_serial() != NEVER;
-        let frames = self.serial.is_busy() || receives || self.serial.next_shift_cycle() != NEVER;
-        frames || self.next_toggle().is_some() || self.drives.next_cycle() != NEVER || !self.edges.is_empty()
+        let clock = self.timer2.next_deadline();
+        self.serial.is_busy() || clock != NEVER || self.drives.next_cycle() != NEVER || !self.edges.is_empty()
     }
 
     fn is_core_stopped(&self) -> bool {
@@ -142,8 +142,12 @@ impl Bus for Mcs51Soc {
         self.power.requested.take()
     }
 
-    fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
+    fn pins(&self) -> &[PinState] {
+        self.ports.pins()
+    }
+
+    fn has_contention(&self, pin: PinId) -> bool {
+        self.ports.has_contention(pin)
     }
 
     /// Models levels only.
@@ -157,11 +161,7 @@ impl Bus for Mcs51Soc {
     }
 
     fn byte_in_stop_bit(&self) -> Option<u8> {
-        self.serial.byte_in_stop_bit()
-    }
-
-    fn set_event_log(&mut self, on: bool, now: u64) {
-        self.log.set_enabled(on, now, (0..PINS as PinId).filter(|&pin| self.ports.has_contention(pin)));
+        self.serial.port().byte_in_stop_bit()
     }
 
     #[inline]
@@ -177,11 +177,10 @@ impl Bus for Mcs51Soc {
         if self.timers_synced_to < before {
             self.sync_timers(before);
         }
-        self.pass_ticks(before);
+        self.schedule.touch(unit_index::SERIAL);
+        self.serial.run_due(before, &mut self.out);
         self.timers.normalize(t);
-        if let Some(timer2) = &mut self.timer2 {
-            timer2.normalize(t);
-        }
+        self.timer2.normalize(t);
         self.update_deadline();
     }
 }

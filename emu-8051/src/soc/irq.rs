@@ -9,8 +9,8 @@ use emu_core::NEVER;
 use emu_core::state;
 
 use super::Mcs51Soc;
+use crate::periph::Device;
 use crate::periph::map::irq;
-use crate::periph::timer2::Mcs51Timer2;
 
 /// The EA bit of IE.
 const EA: u8 = 0x80;
@@ -167,8 +167,8 @@ impl Mcs51Soc {
             | u8::from(self.timers.flag(0)) << 1
             | u8::from(int1.may_have_been_requested()) << 2
             | u8::from(self.timers.flag(1)) << 3
-            | u8::from(self.serial.scon() & 3 != 0) << 4
-            | u8::from(self.timer2.as_ref().is_some_and(|timer2| timer2.flags_set_since() != NEVER)) << 5;
+            | u8::from(self.serial.port().scon() & 3 != 0) << 4
+            | self.timer2.interrupt_requests() << 5;
         let mut left = self.interrupts.enabled() & set;
         let mut requests = 0;
         while left != 0 {
@@ -179,8 +179,8 @@ impl Mcs51Soc {
                 irq::INT1 => self.interrupts.external[1].was_requested_at(cycle),
                 irq::TIMER0 => self.timers.flag_set_since(0) <= cycle,
                 irq::TIMER1 => self.timers.flag_set_since(1) <= cycle,
-                irq::SERIAL => self.serial.flags_set_since() <= cycle,
-                _ => self.timer2.as_ref().is_some_and(|timer2| self.timer2_since(timer2) <= cycle),
+                irq::SERIAL => self.serial.port().flags_set_since() <= cycle,
+                _ => self.timer2_since() <= cycle,
             };
             requests |= u8::from(stood) << (source - 1);
         }
@@ -189,8 +189,12 @@ impl Mcs51Soc {
 
     /// The cycle since which timer 2 requests an interrupt. An overflow is polled in its own cycle in both
     /// readings.
-    fn timer2_since(&self, timer2: &Mcs51Timer2) -> u64 {
-        if self.readings.samples_interrupt_at_once { timer2.request_active_since() } else { timer2.flags_set_since() }
+    fn timer2_since(&self) -> u64 {
+        if self.readings.samples_interrupt_at_once {
+            self.timer2.request_active_since()
+        } else {
+            self.timer2.flags_set_since()
+        }
     }
 
     /// The cycle whose requests count at a boundary before cycle `t`.
@@ -250,13 +254,13 @@ impl Mcs51Soc {
                 next = next.min(later(set));
             }
         }
-        if is(irq::SERIAL) && self.serial.scon() & 3 != 0 {
-            next = next.min(later(self.serial.flags_set_since()));
+        if is(irq::SERIAL) && self.serial.port().scon() & 3 != 0 {
+            next = next.min(later(self.serial.port().flags_set_since()));
         }
-        if let Some(timer2) = self.timer2.as_ref().filter(|_| is(irq::TIMER2)) {
+        if is(irq::TIMER2) {
             // An overflow directly after a program has set TF2 is polled a cycle earlier than the value that
             // the program wrote.
-            next = next.min(later(self.timer2_since(timer2))).min(later(timer2.next_flag()));
+            next = next.min(later(self.timer2_since())).min(later(self.timer2.next_flag()));
         }
         next
     }

@@ -1,11 +1,11 @@
-//! Power saving, reset and the watchdog (user's manual, "Power-saving modes of operation", "Reset"; AT89S52
-//! data sheet, "Watchdog timer", "WDT during power-down and idle").
+//! Power saving and reset (user's manual, "Power-saving modes of operation", "Reset").
 
 use emu_core::cpu::{NEVER, ResetCause};
 use emu_core::pins::PinLevel;
 use emu_core::state;
 
-use super::Mcs51Soc;
+use super::{Mcs51Soc, unit_index};
+use crate::periph::Device;
 use crate::periph::map::pin;
 use crate::periph::serial::REN;
 
@@ -33,8 +33,6 @@ const RESET_CYCLES: u64 = 2;
 const RELEASE_CYCLES: u64 = 2;
 /// Clocks for which the watchdog drives the reset pin high.
 const PULSE_CLOCKS: u64 = 98;
-/// Machine cycles from a clear of the watchdog to its overflow: a 14-bit counter that reaches 3FFFh.
-const WATCHDOG_CYCLES: u64 = 0x3FFF;
 
 /// What stops the core, in machine cycles.
 #[derive(Debug, Clone, Copy)]
@@ -107,53 +105,6 @@ impl PowerState {
     }
 }
 
-/// The watchdog of the AT89S parts, in oscillator time.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Mcs51Watchdog {
-    /// Whether the last write was 1Eh.
-    unlock_written: bool,
-    /// The cycle at the end of which the watchdog was cleared, if it runs.
-    cleared_cycle: Option<u64>,
-    /// The cycle since which it is paused.
-    paused_since: Option<u64>,
-}
-
-state! { Mcs51Watchdog { unlock_written, cleared_cycle, paused_since } if |of, _now| ![of.cleared_cycle, of.paused_since].contains(&Some(NEVER)) }
-
-impl Mcs51Watchdog {
-    /// State after reset.
-    pub(super) const OFF: Mcs51Watchdog =
-        Mcs51Watchdog { unlock_written: false, cleared_cycle: None, paused_since: None };
-
-    /// The cycle of its overflow.
-    pub(super) fn next(&self) -> u64 {
-        match (self.cleared_cycle, self.paused_since) {
-            (Some(cleared), None) => cleared + WATCHDOG_CYCLES,
-            _ => NEVER,
-        }
-    }
-
-    /// A program writes WDTRST at the end of cycle `t`: 1Eh and then E1h start or clear the watchdog.
-    pub(super) fn write(&mut self, value: u8, t: u64) {
-        if value == 0xE1 && self.unlock_written {
-            self.cleared_cycle = Some(t);
-        }
-        self.unlock_written = value == 0x1E;
-    }
-
-    /// Pauses the watchdog from the end of cycle `t` on.
-    pub(super) fn pause(&mut self, t: u64) {
-        self.paused_since = self.paused_since.or(self.cleared_cycle.map(|_| t));
-    }
-
-    /// Resumes counting from cycle `t` on.
-    pub(super) fn resume(&mut self, t: u64) {
-        if let (Some(cleared), Some(paused)) = (self.cleared_cycle, self.paused_since.take()) {
-            self.cleared_cycle = Some(cleared + t.saturating_sub(1).saturating_sub(paused));
-        }
-    }
-}
-
 impl Mcs51Soc {
     /// Enters a power-saving mode after a program has written PCON at the end of cycle `t`.
     pub(super) fn enter_power_modes(&mut self, t: u64) {
@@ -163,7 +114,8 @@ impl Mcs51Soc {
                 (0..2usize).find(|&n| self.is_woken_by(n) && !self.ports.pin([pin::INT0, pin::INT1][n]).reads_high);
             self.power.power_down_since = Some((t + 1 + self.stopped_cycles, waking));
         } else if self.pcon & IDL != 0 && self.auxr & WDIDLE != 0 {
-            self.watchdog.pause(t);
+            self.schedule.touch(unit_index::WATCHDOG);
+            self.watchdog.stop_clock(t, &mut self.out);
         }
     }
 
@@ -233,12 +185,8 @@ impl Mcs51Soc {
         }
     }
 
-    /// Executes a watchdog overflow that is due at cycle `t`: a reset, and a pulse on the reset pin.
-    pub(super) fn run_watchdog(&mut self, t: u64) {
-        if self.watchdog.next() > t {
-            return;
-        }
-        self.watchdog = Mcs51Watchdog::OFF;
+    /// Executes a watchdog overflow at cycle `t`: a reset, and a pulse on the reset pin.
+    pub(super) fn watchdog_ran_out(&mut self, t: u64) {
         let now = t + self.stopped_cycles;
         self.power.requested = Some(ResetCause::Watchdog);
         self.power.held_until = Some(now + PULSE_CLOCKS.div_ceil(12));
@@ -258,8 +206,8 @@ impl Mcs51Soc {
         if self.power.is_core_stopped() {
             return false;
         }
-        self.watchdog.next() != NEVER
+        self.watchdog.next_deadline() != NEVER
             || self.next_interrupt_boundary != NEVER
-            || self.interrupts.enabled() & 1 << 4 != 0 && self.serial.scon() & REN != 0
+            || self.interrupts.enabled() & 1 << 4 != 0 && self.serial.port().scon() & REN != 0
     }
 }

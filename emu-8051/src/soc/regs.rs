@@ -4,28 +4,23 @@ use emu_core::NEVER;
 use emu_core::cpu::Bus;
 use emu_core::pins::PinId;
 
-use super::{Mcs51Soc, SAMPLED_PINS, power};
+use super::{Mcs51Soc, SAMPLED_PINS, power, unit_index};
 use crate::chips;
 use crate::periph::map::sfr;
-use crate::periph::{Device, Mcs51Outbox};
+use crate::periph::{Device, SignalReceiver};
 
 impl Mcs51Soc {
-    /// Advances timers and serial port to S5P2 of cycle `t`.
+    /// Advances the timers to S5P2 of cycle `t`.
     pub(super) fn sync_timers(&mut self, t: u64) {
-        self.run_serial(t);
         self.timers.advance_to(t);
-        if let Some(timer2) = &mut self.timer2 {
-            timer2.advance_to(t);
-        }
+        self.timer2.advance_to(t);
         self.timers_synced_to = t;
     }
 
     /// As [`Mcs51Soc::sync_timers`], but at the boundary before cycle `t`, in which pins can still change.
     pub(super) fn sync_boundary(&mut self, t: u64) {
         self.timers.advance_before(t);
-        if let Some(timer2) = &mut self.timer2 {
-            timer2.advance_before(t);
-        }
+        self.timer2.advance_before(t);
         self.sync_timers(t);
     }
 
@@ -47,11 +42,10 @@ impl Mcs51Soc {
             sfr::TCON => self.tcon(),
             sfr::TMOD..=sfr::TH1 => self.timers.peek(addr, self.timers_synced_to),
             sfr::AUXR if self.part.is_at89s => self.auxr,
-            sfr::SCON => self.serial.scon(),
-            sfr::SBUF => self.serial.sbuf(),
+            sfr::SCON | sfr::SBUF => self.serial.peek(addr, self.timers_synced_to),
             sfr::IE => self.interrupts.ie,
             sfr::IP => self.interrupts.ip,
-            _ => self.timer2.as_ref().map_or(0, |timer2| timer2.peek(addr, self.timers_synced_to)),
+            _ => self.timer2.peek(addr, self.timers_synced_to),
         }
     }
 
@@ -69,10 +63,9 @@ impl Mcs51Soc {
     pub(super) fn write_sfr(&mut self, addr: u8, mask: u8, value: u8, t: u64) {
         let kept = |old: u8| old & !mask | value & mask;
         // Whether the baud clocks can depend on this register.
-        let clocks = !matches!(addr, sfr::TL0 | sfr::TH0 | sfr::IE | sfr::IP);
-        let sources = self.sources();
+        let clocks = matches!(addr, sfr::PCON..=sfr::TMOD | sfr::TL1 | sfr::TH1 | sfr::T2CON..=sfr::TH2);
         if clocks {
-            self.pass_ticks(t);
+            self.serial.run_due(t, &mut self.out);
         }
         match addr {
             sfr::PCON => {
@@ -86,43 +79,50 @@ impl Mcs51Soc {
                 self.enter_power_modes(t);
             }
             sfr::TCON => self.write_tcon(mask, value, t),
-            sfr::TMOD..=sfr::TH1 => self.timers.write(addr, value, mask, t, &mut Mcs51Outbox::new()),
+            sfr::TMOD..=sfr::TH1 => self.timers.write(addr, value, mask, t, &mut self.out),
             sfr::AUXR if self.part.is_at89s => {
                 self.auxr = kept(self.auxr) & (power::DISRTO | power::WDIDLE | power::DISALE);
             }
-            sfr::WDTRST if self.part.is_at89s => self.watchdog.write(value, t),
-            sfr::SCON => {
-                self.poll(t);
-                let step = self.serial.set_scon(kept(self.serial.scon()), t);
-                self.on_serial_step(step, t);
+            sfr::WDTRST if self.part.is_at89s => {
+                self.schedule.touch(unit_index::WATCHDOG);
+                self.watchdog.write(addr, value, mask, t, &mut self.out);
             }
-            sfr::SBUF => {
-                let step = self.serial.write_sbuf(value, t);
-                self.on_serial_step(step, t);
+            sfr::SCON | sfr::SBUF => {
+                if addr == sfr::SCON {
+                    self.poll(t);
+                }
+                self.schedule.touch(unit_index::SERIAL);
+                self.serial.write(addr, value, mask, t, &mut self.out);
             }
             sfr::IE => self.interrupts.ie = kept(self.interrupts.ie) & (0x9F | self.timer2_bit()),
             sfr::IP => self.interrupts.ip = kept(self.interrupts.ip) & (0x1F | self.timer2_bit()),
-            sfr::T2CON | sfr::T2MOD => self.poll(t),
+            sfr::T2CON..=sfr::TH2 if self.has_timer2_register(addr) => {
+                if matches!(addr, sfr::T2CON | sfr::T2MOD) {
+                    self.poll(t);
+                }
+                self.schedule.touch(unit_index::TIMER2);
+                self.timer2.write(addr, value, mask, t, &mut self.out);
+            }
             _ => {}
         }
-        let has_register = match addr {
-            sfr::T2MOD => self.part.timer2 == chips::Timer2Kind::Full,
-            _ => (sfr::T2CON..=sfr::TH2).contains(&addr),
-        };
-        if let Some(timer2) = self.timer2.as_mut().filter(|_| has_register) {
-            timer2.write(addr, value, mask, t, &mut Mcs51Outbox::new());
-        }
-        if matches!(addr, sfr::T2CON..=sfr::TH2) {
-            self.on_clock_control_written(t);
-        }
         if clocks {
-            self.rebase(sources, t);
+            self.update_baud_clocks(t);
+        }
+        self.apply_signals(());
+    }
+
+    /// Whether the chip has a register of timer 2.
+    fn has_timer2_register(&self, addr: u8) -> bool {
+        match self.part.timer2 {
+            chips::Timer2Kind::None => false,
+            chips::Timer2Kind::Nmos => addr != sfr::T2MOD,
+            chips::Timer2Kind::Full => true,
         }
     }
 
     /// The bit of timer 2 in IE and IP, on chips that have it.
     const fn timer2_bit(&self) -> u8 {
-        if self.timer2.is_some() { 0x20 } else { 0 }
+        if matches!(self.part.timer2, chips::Timer2Kind::None) { 0 } else { 0x20 }
     }
 
     fn write_tcon(&mut self, mask: u8, value: u8, t: u64) {
@@ -177,7 +177,7 @@ impl Mcs51Soc {
         match addr {
             sfr::P0 | sfr::P1 | sfr::P2 | sfr::P3 | sfr::SCON | sfr::SBUF => self.next_due(),
             sfr::TCON => later(self.timers.next_flag(0).min(self.timers.next_flag(1))).min(self.next_due()),
-            sfr::T2CON => later(self.timer2.as_ref().map_or(NEVER, |t| t.next_flag())).min(self.next_due()),
+            sfr::T2CON => later(self.timer2.next_flag()).min(self.next_due()),
             sfr::TL0 | sfr::TL1 | sfr::TH0 | sfr::TH1 | sfr::TL2 | sfr::TH2 => now,
             sfr::RCAP2L | sfr::RCAP2H => now,
             // The read itself has an effect.

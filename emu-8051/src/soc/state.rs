@@ -1,6 +1,5 @@
 //! Saves and restores the chip around the core ([`emu_core::state`]).
 
-use emu_core::NEVER;
 use emu_core::external_io::EventLog;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
@@ -13,8 +12,8 @@ impl SnapshotState for Mcs51Soc {
         // Deadlines follow from the other fields; the core asks for its deadline again.
         #[rustfmt::skip]
         let Mcs51Soc {
-            part, readings: _, clocks_per_cycle: _, logs_bus: _, log: _, deadline: _, core_deadline: _, ports, timers, timer2, toggles_shown: toggled, serial,
-            baud, interrupts, power, watchdog, pcon, auxr, stopped_cycles: frozen, sampled_levels: sampled, edges, drives, timers_synced_to: synced, next_interrupt_boundary: irq_at, sample_at,
+            part, readings: _, clocks_per_cycle: _, logs_bus: _, log: _, schedule: _, out: _, core_deadline: _, ports, timers, timer2, serial,
+            interrupts, power, watchdog, pcon, auxr, stopped_cycles: frozen, sampled_levels: sampled, edges, drives, timers_synced_to: synced, next_interrupt_boundary: irq_at, sample_at,
         } = self;
         frozen.pass_state(tape)?;
         power.pass_state(tape)?;
@@ -23,11 +22,10 @@ impl SnapshotState for Mcs51Soc {
         tape.set_now(power.stopped_at(machine).saturating_sub(*frozen));
         ports.pass_state(tape)?;
         timers.pass_state(tape)?;
-        timer2.pass_state(tape)?;
-        tape.require(timer2.is_some() == (part.timer2 != chips::Timer2Kind::None))?;
-        toggled.pass_state(tape)?;
+        if part.timer2 != chips::Timer2Kind::None {
+            timer2.pass_state(tape)?;
+        }
         serial.pass_state(tape)?;
-        baud.pass_state(tape)?;
         interrupts.pass_state(tape)?;
         watchdog.pass_state(tape)?;
         pcon.pass_state(tape)?;
@@ -38,9 +36,12 @@ impl SnapshotState for Mcs51Soc {
         synced.pass_state(tape)?;
         irq_at.pass_state(tape)?;
         sample_at.pass_state(tape)?;
-        tape.require(*toggled != NEVER && *synced <= tape.now())?;
+        tape.require(*synced <= tape.now())?;
         if tape.is_reading() {
             (self.log, self.core_deadline) = (EventLog::OFF, 0);
+            tape.require(self.timers.is_sound() && self.timer2.is_sound())?;
+            self.serial.restore_clocks(self.baud_clocks());
+            self.schedule.touch_all();
             self.update_deadline();
             tape.require(self.next_due() > machine)?;
         }

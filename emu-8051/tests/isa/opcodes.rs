@@ -2,7 +2,7 @@
 
 use emu_8051::isa::find_row;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, StopReason};
+use emu_core::{Cpu, ProgramError, StopReason};
 
 use super::rig::TestBench;
 
@@ -112,7 +112,7 @@ fn a5_stops_and_is_not_executed() {
     bench.cpu.set_pc(TestBench::PC);
     let before = (bench.cpu.cycle(), bench.cpu.instructions());
     for _ in 0..2 {
-        assert_eq!(bench.cpu.step(&mut ()), StopReason::Illegal { pc: TestBench::PC, word: 0xA5 });
+        assert_eq!(bench.cpu.step(&mut ()), StopReason::Error(ProgramError::Illegal { pc: TestBench::PC, word: 0xA5 }));
         assert_eq!((bench.cpu.cycle(), bench.cpu.instructions(), bench.cpu.pc()), (before.0, before.1, TestBench::PC));
     }
 }

@@ -9,7 +9,7 @@ use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::table::MatchedRow;
-use emu_core::{Cpu, RamInit, StopReason};
+use emu_core::{Cpu, ProgramError, RamInit, StopReason};
 
 use super::rig::parity;
 
@@ -231,7 +231,7 @@ fn run(case: &Case, seed: u64) -> Result<(), String> {
             return Err(format!("  {stop:?} after {spent} cycles and {done} instructions, {cycles} wanted\n"));
         }
     } else {
-        let stops = StopReason::Illegal { pc, word: bytes[0].into() };
+        let stops = StopReason::Error(ProgramError::Illegal { pc, word: bytes[0].into() });
         if case.outcome != "illegal" || stop != stops || spent != 0 {
             return Err(format!("  {stop:?} after {spent} cycles, {} wanted\n", case.outcome));
         }

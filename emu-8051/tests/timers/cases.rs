@@ -30,10 +30,9 @@ impl TimerUnderTest for Mcs51Timers {
             "since1" => self.flag_set_since(1),
             "next0" => self.next_flag(0),
             "next1" => self.next_flag(1),
-            "overflows" => self.overflows(),
             _ => match (name.strip_prefix("overflow"), name.strip_prefix("by")) {
-                (Some(k), _) => self.cycle_of_overflow(k.parse().expect("a number")),
-                (_, Some(now)) => self.overflows_by(now.parse().expect("a number")),
+                (Some(k), _) => self.ticks().cycle_of(k.parse().expect("a number")),
+                (_, Some(now)) => self.ticks().count_by_cycle(now.parse().expect("a number")),
                 _ => panic!("no {name}"),
             },
         }
@@ -79,7 +78,7 @@ fn by_hand() {
         mode 0, upper bits of TL   | tl0=FF th0=10 tr0=1 @1 tl0:0 th0:11
         mode 0, upper bits stay out| tl0=E0 th0=FF tr0=1 next0:32 @31 tl0:FF th0:FF tf0:0 @32 tl0:0 th0:0 tf0:1 since0:32
         mode 0, from 0             | tr0=1 next0:8192 @8191 tf0:0 th0:FF tl0:FF @8192 tf0:1 th0:0 tl0:0 next0:16384
-        mode 0, timer 1            | tl1=1F th1=FF tr1=1 next1:1 @1 tf1:1 tf0:0 overflows:1 overflow2:8193 overflow3:16385
+        mode 0, timer 1            | tl1=1F th1=FF tr1=1 next1:1 @1 tf1:1 tf0:0 by1:1 overflow2:8193 overflow3:16385
 
         mode 1                     | tmod=01 tl0=FE th0=FF tr0=1 next0:2 @1 tl0:FF th0:FF tf0:0 @2 tl0:0 th0:0 tf0:1 since0:2
         mode 1, carry              | tmod=01 tl0=FF th0=12 tr0=1 @1 tl0:0 th0:13 tf0:0
@@ -92,17 +91,17 @@ fn by_hand() {
         TF written                 | @9 tf0=1 tf0:1 since0:10 @20 tf0=1 since0:10 next0:never
 
         mode 2                     | tmod=02 tl0=FE th0=F0 tr0=1 @1 tl0:FF tf0:0 @2 tl0:F0 th0:F0 tf0:1 since0:2 next0:18 @18 tl0:F0
-        mode 2, TH FF              | tmod=20 tl1=FF th1=FF tr1=1 @1 tl1:FF overflows:1 @9 tl1:FF overflows:9 overflow12:12 by20:20
-        mode 2, TH 0               | tmod=20 tr1=1 next1:256 @256 tl1:0 overflows:1 overflow3:768 by767:2 by768:3
-        mode 2, overflows past     | tmod=20 tl1=FF th1=FD tr1=1 @10 overflows:4 overflow4:never overflow5:13 overflow4:never
-        mode 2, far                | tmod=20 tl1=0 th1=F3 tr1=1 @2^50 tf1:1 since1:256 overflows:86607685141721
+        mode 2, TH FF              | tmod=20 tl1=FF th1=FF tr1=1 @1 tl1:FF by1:1 @9 tl1:FF by9:9 overflow12:12 by20:20
+        mode 2, TH 0               | tmod=20 tr1=1 next1:256 @256 tl1:0 by256:1 overflow3:768 by767:2 by768:3
+        mode 2, overflows past     | tmod=20 tl1=FF th1=FD tr1=1 @10 by10:4 overflow4:10 overflow5:13 overflow4:10
+        mode 2, far                | tmod=20 tl1=0 th1=F3 tr1=1 @2^50 tf1:1 since1:256 by1125899906842624:86607685141721
 
         mode 3, two halves         | tmod=03 tl0=FE th0=FD tr0=1 tr1=1 @2 tl0:0 tf0:1 th0:FF tf1:0 @3 th0:0 tf1:1 tl0:1 since1:3
         mode 3, TH0 without TR1    | tmod=03 th0=FF tr0=1 @9 th0:FF tf1:0 next1:never
         mode 3, TH0 has no gate    | tmod=8B th0=FE tr1=1 INT0=0 INT1=0 next1:2 @2 th0:0 tf1:1 tl0:0 tl1:0
         mode 3, TL0 alone          | tmod=03 tl0=FF th0=77 tr0=1 @1 tl0:0 th0:77 tf0:1 next0:257
-        mode 3, timer 1 runs       | tmod=23 tl1=FE th1=FC @2 tl1:FC tf1:0 overflows:1 next1:never overflow2:6 @6 overflows:2 tf1:0
-        mode 3, timer 1 in mode 1  | tmod=13 tl1=FF th1=FF @1 tl1:0 th1:0 tf1:0 overflows:1 overflow2:65537
+        mode 3, timer 1 runs       | tmod=23 tl1=FE th1=FC @2 tl1:FC tf1:0 by2:1 next1:never overflow2:6 @6 by6:2 tf1:0
+        mode 3, timer 1 in mode 1  | tmod=13 tl1=FF th1=FF @1 tl1:0 th1:0 tf1:0 by1:1 overflow2:65537
         mode 3, timer 1 gated      | tmod=93 INT1=0 @5 tl1:0 INT1=1 @8 tl1:3
         mode 3, both               | tmod=33 tl1=12 tr0=1 tr1=1 @5 tl1:12 tl0:5 th0:5 overflow1:never
         mode 3 of timer 1          | tmod=30 tl1=FF th1=FF tr1=1 @9 tl1:FF tf1:0 next1:never overflow1:never tmod=10 @10 tl1:0 tf1:1

@@ -7,6 +7,7 @@ use emu_8051::periph::{Device, Mcs51Outbox};
 
 impl TimerUnderTest for Mcs51Timer2 {
     fn sync(&mut self, cycle: u64) {
+        self.run_due(cycle, &mut Mcs51Outbox::new());
         self.advance_to(cycle);
     }
 
@@ -23,10 +24,9 @@ impl TimerUnderTest for Mcs51Timer2 {
             "since" => self.flags_set_since(),
             "next" => self.next_flag(),
             "toggle" => self.next_toggle(),
-            "overflows" => self.overflows(),
             _ => match (name.strip_prefix("overflow"), name.strip_prefix("by")) {
-                (Some(k), _) => self.state_of_overflow(k.parse().expect("a number")),
-                (_, Some(state)) => self.overflows_by(state.parse().expect("a number")),
+                (Some(k), _) => self.ticks().time_of(k.parse().expect("a number")),
+                (_, Some(state)) => self.ticks().count_at(state.parse().expect("a number")),
                 _ => panic!("no {name}"),
             },
         }
@@ -108,25 +108,25 @@ fn by_hand() {
 
         baud, states               | con=14 rl=00 rh=FF @1 t:5 @2 t:B overflow1:65541 next:never
         baud, S6 before a write    | con=14 rl=00 rh=FF @1 t:5 con=10 t:6 @9 t:6
-        baud, reload               | con=24 tl=FE th=FF rl=FD rh=FF overflow1:7 overflow2:10 by6:0 by7:1 by13:3 @1 t:FFFD overflows:2 tf2:0
-        baud, period 1             | con=34 tl=FF th=FF rl=FF rh=FF overflow1:6 overflow9:14 @1 overflows:5 overflow5:never overflow6:11 @2 overflows:11
+        baud, reload               | con=24 tl=FE th=FF rl=FD rh=FF overflow1:7 overflow2:10 by6:0 by7:1 by13:3 @1 t:FFFD by10:2 tf2:0
+        baud, period 1             | con=34 tl=FF th=FF rl=FF rh=FF overflow1:6 overflow9:14 @1 by10:5 overflow5:10 overflow6:11 @2 by16:11
         baud, edge of T2EX         | con=1C rl=44 rh=44 EX=0 next:1 @1 t:5 exf2:1 rcap:4444 since:1
-        baud, CP/RL2 has no say    | con=15 tl=FF th=FF rl=00 rh=80 @1 t:8004 overflows:1 tf2:0
+        baud, CP/RL2 has no say    | con=15 tl=FF th=FF rl=00 rh=80 @1 t:8004 by10:1 tf2:0
         baud, DCEN has no say      | mod=01 con=14 EX=0 @1 t:5
-        baud, counter              | con=16 tl=FF th=FF rl=FE rh=FF T2=0 overflow1:14 overflow2:never by13:0 by14:1 @2 t:FFFE overflows:1 tf2:0 next:never
+        baud, counter              | con=16 tl=FF th=FF rl=FE rh=FF T2=0 overflow1:14 overflow2:never by13:0 by14:1 @2 t:FFFE by16:1 tf2:0 next:never
         baud, stopped              | con=10 tl=FF @9 t:FF overflow1:never
-        baud, far                  | con=14 rl=00 rh=80 @2^50 t:FFFF overflows:206158430206
-        reload is no baud          | con=04 tl=FF th=FF overflow1:never by99:0 @1 overflows:0
+        baud, far                  | con=14 rl=00 rh=80 @2^50 t:FFFF by6755399441055748:206158430206
+        reload is no baud          | con=04 tl=FF th=FF overflow1:never by99:0 @1 by10:0
 
-        clock out                  | mod=02 con=04 rl=FD rh=FF tl=FF th=FF out:1 toggle:6 @1 t:FFFE out:1 toggle:12 overflows:2 @2 out:1 toggle:18
-        clock out, odd             | mod=02 con=04 rl=FA rh=FF tl=FA th=FF toggle:11 @1 out:1 toggle:11 @2 out:0 toggle:17 tf2:0
+        clock out                  | mod=02 con=04 rl=FD rh=FF tl=FF th=FF out:1 toggle:6 @1 t:FFFE out:1 toggle:12 by10:2 @2 out:1 toggle:18
+        clock out, odd             | mod=02 con=04 rl=FA rh=FF tl=FA th=FF toggle:11 @1 out:1 toggle:17 @2 out:0 toggle:23 tf2:0
         clock out, S6 and a write  | mod=02 con=04 rl=FA rh=FF tl=FA th=FF @1 out:1 con=00 out:0 toggle:never @9 out:0
         clock out, stopped         | mod=02 con=00 tl=FF th=FF out:1 toggle:never @9 out:1
-        clock out, counter         | mod=02 con=06 out:FF toggle:never T2=0 @2 t:1 overflows:0
+        clock out, counter         | mod=02 con=06 out:FF toggle:never T2=0 @2 t:1 by16:0
         clock out, not enabled     | con=04 out:FF toggle:never
         clock out and baud         | mod=02 con=34 tl=FF th=FF rl=FF rh=FF overflow1:6 toggle:6 @1 out:0
         clock out, edge of T2EX    | mod=02 con=0D tl=9 EX=0 @1 t:E rcap:0 exf2:1
-        baud toggles no clock      | con=14 tl=FF th=FF @1 overflows:1 mod=02 out:1
+        baud toggles no clock      | con=14 tl=FF th=FF @1 by10:1 mod=02 out:1
         ",
     );
 }

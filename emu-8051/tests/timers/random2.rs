@@ -5,6 +5,7 @@ use crate::random::{byte, distance};
 use emu_8051::periph::map::{pin, sfr};
 use emu_8051::periph::timer2::Mcs51Timer2;
 use emu_8051::periph::{Device, Mcs51Outbox};
+use emu_core::NEVER;
 use emu_core::rng::Rng;
 
 fn write(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model) {
@@ -57,7 +58,7 @@ fn same(timer: &Mcs51Timer2, model: &Model, at: &str) {
     let [rcaph, rcapl] = model.rcap.to_be_bytes();
     let wanted = [model.t2con(), model.t2mod, high, low, rcaph, rcapl];
     assert_eq!(found, wanted, "{at} now {}: t2con t2mod th2 tl2 rcap2h rcap2l", model.cycle);
-    let found = (timer.flags_set_since(), timer.overflows(), timer.clock_out());
+    let found = (timer.flags_set_since(), timer.ticks().count_at(6 * model.cycle + 4), timer.clock_out());
     let wanted = (model.since(), model.overflows, model.clock_on().then_some(model.clock));
     assert_eq!(found, wanted, "{at} now {}: since overflows clock_out", model.cycle);
 }
@@ -67,11 +68,12 @@ fn advance(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model, cycles: u6
     let from = model.cycle;
     let upto = from + cycles;
     let last = 6 * upto + 4;
-    let (flag, toggle) = (timer.next_flag(), timer.next_toggle());
+    let (flag, toggle) =
+        (timer.next_flag(), timer.clock_out().map_or(NEVER, |_| timer.ticks().time_of(model.overflows + 1)));
     let ahead = 1 + rng.below(5);
-    let overflow = timer.state_of_overflow(model.overflows + ahead);
+    let overflow = timer.ticks().time_of(model.overflows + ahead);
     let middle = 6 * from + 4 + rng.below(6 * cycles + 1);
-    let by = timer.overflows_by(middle) - model.overflows;
+    let by = timer.ticks().count_at(middle) - model.overflows;
     model.flag_log.clear();
     model.overflow_log.clear();
     model.toggle_log.clear();

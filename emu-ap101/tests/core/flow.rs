@@ -1,7 +1,7 @@
 //! What ends a run: breakpoints, faults, and a machine that halts.
 
 use emu_ap101::Ap101;
-use emu_core::cpu::{Cpu, ProgramFault, ResetCause, StopReason};
+use emu_core::cpu::{Cpu, ProgramError, ProgramFault, ResetCause, StopReason};
 use emu_core::pins::{CycleTime, PinLevel};
 
 use crate::rig::{Block, image, words};
@@ -16,7 +16,7 @@ fn machine(text: &str, block: &Block) -> Ap101 {
 #[test]
 fn a_jump_out_of_the_program_is_not_carried_out() {
     let mut machine = machine("ldc M0; jmpc 9; nop", &Block::EMPTY);
-    let fault = StopReason::Fault { pc: 1, fault: ProgramFault::JumpOutOfProgram { target: 9 } };
+    let fault = StopReason::Error(ProgramError::Fault { pc: 1, fault: ProgramFault::JumpOutOfProgram { target: 9 } });
     for _ in 0..2 {
         assert_eq!(machine.run(100, &mut ()), fault);
         assert_eq!((machine.cycle(), machine.pc(), machine.instructions()), (5, 1, 1));
@@ -32,7 +32,7 @@ fn a_jump_out_of_the_program_is_not_carried_out() {
 fn a_program_cycle_without_an_end_is_ended() {
     let mut machine = machine("nop; jmp 1; nop", &Block::EMPTY);
     let stop = machine.run(1_000_000, &mut ());
-    assert_eq!(stop, StopReason::Fault { pc: 1, fault: ProgramFault::CycleTooLong });
+    assert_eq!(stop, StopReason::Error(ProgramError::Fault { pc: 1, fault: ProgramFault::CycleTooLong }));
     assert_eq!((machine.cycle(), machine.instructions()), (4 + 65_536, 65_536));
     assert_eq!(machine.run(1_000_000, &mut ()), stop);
     machine.reset(ResetCause::External);

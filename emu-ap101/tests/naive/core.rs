@@ -1,7 +1,7 @@
 //! The crate as a subject of these tests, through its public interface only.
 
 use emu_ap101::{Ap101, Ap101Config};
-use emu_core::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
+use emu_core::cpu::{Cpu, Probe, ProgramError, ProgramFault, ResetCause, StopReason};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
@@ -74,10 +74,12 @@ impl Subject for Core {
         match self.machine.run(until, &mut Log(&mut self.edges)) {
             StopReason::Limit => End::Limit,
             StopReason::Halted => End::Halted,
-            StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } } => {
+            StopReason::Error(ProgramError::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } }) => {
                 End::Jump { pc: pc as u16, target }
             }
-            StopReason::Fault { pc, fault: ProgramFault::CycleTooLong } => End::Watchdog { pc: pc as u16 },
+            StopReason::Error(ProgramError::Fault { pc, fault: ProgramFault::CycleTooLong }) => {
+                End::Watchdog { pc: pc as u16 }
+            }
             other => panic!("{other:?}"),
         }
     }

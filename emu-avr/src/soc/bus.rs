@@ -2,7 +2,7 @@
 
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
 use emu_core::external_io::{EventLog, OutsideInput};
-use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_core::pins::{CycleTime, PinState};
 
 use super::memory::MaskedWrite;
 use super::{AvrSoc, CoreRequest};
@@ -131,8 +131,8 @@ impl Bus for AvrSoc {
             || units.iter().any(|&n| self.schedule.deadlines[n] != NEVER)
     }
 
-    fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
+    fn pins(&self) -> &[PinState] {
+        self.ports.pins()
     }
 
     fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
@@ -142,11 +142,6 @@ impl Bus for AvrSoc {
         self.schedule.due = self.schedule.due.min(at);
         self.run(now);
         true
-    }
-
-    fn set_event_log(&mut self, on: bool, now: u64) {
-        let pins = 0..self.ports.pins().len() as PinId;
-        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
     }
 
     #[inline]

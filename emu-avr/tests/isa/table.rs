@@ -8,7 +8,7 @@ use emu_avr::isa::{ROWS, find_row};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::table::MatchedRow;
-use emu_core::{Cpu, RamInit, StopReason};
+use emu_core::{Cpu, ProgramError, RamInit, StopReason};
 
 const CASES: &str = include_str!("avr.txt");
 
@@ -176,7 +176,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
         }
     } else {
         let stops = match case.outcome {
-            "illegal" => StopReason::Illegal { pc: at, word: words[0] },
+            "illegal" => StopReason::Error(ProgramError::Illegal { pc: at, word: words[0] }),
             other => return Err(format!("  `{other}` is not an outcome\n")),
         };
         if stop != stops || spent != 0 {

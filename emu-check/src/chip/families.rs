@@ -8,7 +8,7 @@ use emu_ap101::Ap101;
 use emu_ap101::chips::FIRST_OUTPUT;
 use emu_avr::Avr;
 use emu_core::chip::{Chip, ChipFamily, PinDef};
-use emu_core::cpu::{Cpu, RamInit};
+use emu_core::cpu::{Bus, Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::{PinId, PinState};
 use emu_core::rng::Rng;
@@ -182,16 +182,14 @@ pub(crate) trait CheckedChip: Cpu {
     /// A number that changes with the depth of the stack; `None` on a machine without a stack.
     fn stack_depth(&self) -> Option<u32>;
     /// Who drives a pin now; `None` on a machine whose pins are always driven.
-    fn pin_state(&self, pin: PinId) -> Option<PinState>;
+    fn pin_state(&self, pin: PinId) -> Option<PinState> {
+        self.bus().pins().get(usize::from(pin)).copied()
+    }
 }
 
 impl CheckedChip for Avr {
     fn stack_depth(&self) -> Option<u32> {
         self.reg("sp")
-    }
-
-    fn pin_state(&self, pin: PinId) -> Option<PinState> {
-        self.soc().pins().get(usize::from(pin)).copied()
     }
 }
 
@@ -199,28 +197,16 @@ impl CheckedChip for Mcs51 {
     fn stack_depth(&self) -> Option<u32> {
         self.reg("sp")
     }
-
-    fn pin_state(&self, pin: PinId) -> Option<PinState> {
-        self.soc().pins().get(usize::from(pin)).copied()
-    }
 }
 
 impl CheckedChip for Pic16 {
     fn stack_depth(&self) -> Option<u32> {
         Some(self.stack().1 as u32)
     }
-
-    fn pin_state(&self, pin: PinId) -> Option<PinState> {
-        self.soc().pins().get(usize::from(pin)).copied()
-    }
 }
 
 impl CheckedChip for Ap101 {
     fn stack_depth(&self) -> Option<u32> {
-        None
-    }
-
-    fn pin_state(&self, _: PinId) -> Option<PinState> {
         None
     }
 }

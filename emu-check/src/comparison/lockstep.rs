@@ -1,6 +1,6 @@
 //! Runs the chip and the evaluator in lockstep, scan by scan, and defines what is compared when.
 
-use emu_core::cpu::StopReason;
+use emu_core::cpu::{ProgramError, StopReason};
 use emu_core::pins::PinLevel;
 use ladder::SymbolKind;
 use ladder_eval::Evaluator;
@@ -295,8 +295,7 @@ fn lost_sync_mismatch(lost_sync: &LostSync, places: &ProgramPlaces) -> Mismatch 
     let found = match lost_sync.stop {
         StopReason::Limit => format!("not reached within several periods, the program is at {}", at(lost_sync.pc)),
         StopReason::Halted => format!("the chip has halted at {}", at(lost_sync.pc)),
-        StopReason::Illegal { pc, word } => format!("0x{word:04X} at {} is not an instruction", at(pc)),
-        StopReason::Fault { pc, fault } => format!("{fault}, at {}", at(pc)),
+        StopReason::Error(error) => describe_error(error, at),
         StopReason::Breakpoint { pc } => {
             let point = points.into_iter().find(|p| places.point_word(*p) == Some(pc)).map_or("a trap", name);
             format!("{point}, at {}", at(pc))
@@ -321,4 +320,12 @@ pub(crate) fn replay<'a, C: CheckedChip, F: Fn(u64) -> C>(
         Err(mismatch) => return Some((1, mismatch)),
     };
     steps.iter().zip(1..).find_map(|(step, scan)| pair.scan(step).err().map(|mismatch| (scan, mismatch)))
+}
+
+/// Describes why a program cannot continue; `at` formats a program word address.
+pub(crate) fn describe_error(error: ProgramError, at: impl Fn(u32) -> String) -> String {
+    match error {
+        ProgramError::Illegal { pc, word } => format!("0x{word:04X} at {} is not an instruction", at(pc)),
+        ProgramError::Fault { pc, fault } => format!("{fault}, at {}", at(pc)),
+    }
 }

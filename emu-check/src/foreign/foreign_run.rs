@@ -9,6 +9,7 @@ use ladder_eval::Evaluator;
 use crate::chip::deviation::Deviation;
 use crate::chip::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
 use crate::chip::serial_line::{ByteArrival, SerialFrame, plan_arrival};
+use crate::comparison::lockstep::describe_error;
 use crate::coverage::goals::EvaluatedScan;
 use crate::report::check_report::DifferenceKind;
 use crate::stimulus::generator::ScanStimulus;
@@ -214,8 +215,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
                     break format!("not reached within several periods, the program is at {}", at(self.cpu.pc()));
                 }
                 StopReason::Halted => break format!("the chip has halted at {}", at(self.cpu.pc())),
-                StopReason::Illegal { pc, word } => break format!("0x{word:04X} at {} is not an instruction", at(pc)),
-                StopReason::Fault { pc, fault } => break format!("{fault}, at {}", at(pc)),
+                StopReason::Error(error) => break describe_error(error, at),
                 StopReason::Probe => break "a stop without a request".to_owned(),
             }
         };

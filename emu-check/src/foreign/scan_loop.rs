@@ -16,7 +16,7 @@
 use std::collections::{HashMap, HashSet};
 
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::cpu::{Cpu, Probe, StopReason};
+use emu_core::cpu::{Cpu, Probe, ProgramError, StopReason};
 
 use crate::CheckError;
 
@@ -363,8 +363,8 @@ fn run_to_cycle<C: Cpu, P: Probe>(cpu: &mut C, until: u64, probe: &mut P) -> Res
     match cpu.run(until, probe) {
         StopReason::Limit => Ok(()),
         StopReason::Halted => Err(CheckError::HaltsBeforeScan),
-        StopReason::Illegal { pc, word } => Err(CheckError::IllegalInstruction { word, pc }),
-        StopReason::Fault { pc, fault } => Err(CheckError::ProgramFault { fault, pc }),
+        StopReason::Error(ProgramError::Illegal { pc, word }) => Err(CheckError::IllegalInstruction { word, pc }),
+        StopReason::Error(ProgramError::Fault { pc, fault }) => Err(CheckError::ProgramFault { fault, pc }),
         StopReason::Breakpoint { .. } | StopReason::Probe => Err(CheckError::UnexpectedStop),
     }
 }

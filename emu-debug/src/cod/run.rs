@@ -183,8 +183,7 @@ impl CodRun<'_> {
                         }
                     }
                 }
-                StopReason::Illegal { pc, word } => return CodVerdict::Error(ProgramError::Illegal { pc, word }),
-                StopReason::Fault { pc, fault } => return CodVerdict::Error(ProgramError::Fault { pc, fault }),
+                StopReason::Error(error) => return CodVerdict::Error(error),
                 StopReason::Breakpoint { pc } => {
                     if let Some(verdict) = self.messages(cpu, script, pc, &mut *analog) {
                         return verdict;
@@ -299,10 +298,8 @@ impl CodRun<'_> {
         if !after.is_empty() {
             let stop = cpu.step(&mut dyn_probe::probe_events(&mut self.edges));
             self.apply_edges(cpu, &mut *analog);
-            match stop {
-                StopReason::Illegal { pc, word } => return Some(CodVerdict::Error(ProgramError::Illegal { pc, word })),
-                StopReason::Fault { pc, fault } => return Some(CodVerdict::Error(ProgramError::Fault { pc, fault })),
-                _ => {}
+            if let StopReason::Error(error) = stop {
+                return Some(CodVerdict::Error(error));
             }
         }
         after.into_iter().find_map(|(action, message)| self.execute_action(cpu, action, message, &mut *analog))

@@ -475,8 +475,7 @@ impl DebugSession {
 
 pub(super) fn halt_reason(stop: StopReason) -> HaltReason {
     match stop {
-        StopReason::Illegal { pc, word } => HaltReason::Error(ProgramError::Illegal { pc, word }),
-        StopReason::Fault { pc, fault } => HaltReason::Error(ProgramError::Fault { pc, fault }),
+        StopReason::Error(error) => HaltReason::Error(error),
         StopReason::Halted => HaltReason::Halted,
         StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => HaltReason::Limit,
     }

@@ -327,8 +327,7 @@ fn run_until_end<C: Cpu, L: RunObserver>(
             StopReason::Limit if cpu.cycle() >= plan.limit => break RunEnd::Limit,
             StopReason::Limit | StopReason::Probe => {}
             StopReason::Halted => break RunEnd::Halted,
-            StopReason::Illegal { pc, word } => break RunEnd::Error(ProgramError::Illegal { pc, word }),
-            StopReason::Fault { pc, fault } => break RunEnd::Error(ProgramError::Fault { pc, fault }),
+            StopReason::Error(error) => break RunEnd::Error(error),
             StopReason::Breakpoint { pc } => {
                 let is_reached = |until: &StopCondition| match until {
                     StopCondition::Pc(word) => *word == pc,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use emu_core::cpu::{Bus, Probe, StopReason};
+use emu_core::cpu::{Bus, Probe, ProgramError};
 use emu_core::engine::{CpuEngine, InstructionMark, LoopPlan};
 
 use super::Pic16;
@@ -76,11 +76,11 @@ impl CpuEngine for Pic16 {
         (self.core.w, self.core.status(), self.core.indirect_address, self.core.pclath)
     }
 
-    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {
+    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
         self.core.set_pc(pc);
         let op = self.code.ops_unmarked[self.op_index(pc)];
         if op.kind == Kind::Illegal {
-            return Err(StopReason::Illegal { pc, word: self.code.words[pc as usize % SPAN] });
+            return Err(ProgramError::Illegal { pc, word: self.code.words[pc as usize % SPAN] });
         }
         self.core = self.executor(probe).0.single(op);
         Ok(())

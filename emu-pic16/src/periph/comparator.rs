@@ -204,12 +204,6 @@ fn reset_cmcon(kind: chips::ComparatorKind) -> u8 {
 impl Device<Pic16Signal> for Pic16Comparators {
     type Reg = Sfr;
 
-    fn run_due(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
-
-    fn next_deadline(&self) -> u64 {
-        NEVER
-    }
-
     fn read(&mut self, reg: Sfr, t: u64, _out: &mut Pic16Outbox) -> u8 {
         if reg == Sfr::CMCON {
             self.seen = self.outputs;

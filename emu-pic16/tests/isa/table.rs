@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::rng::Rng;
-use emu_core::{Cpu, StopReason};
+use emu_core::{Cpu, ProgramError, StopReason};
 use emu_pic16::Pic16;
 use emu_pic16::isa::{ROWS, SHAPES, find_row};
 
@@ -256,7 +256,11 @@ fn run(case: &Case, new: &Pic16, seed: u64) -> Result<(), String> {
         if stop != StopReason::Limit && !ends || spent != cycles || done != 1 {
             return Err(format!("  {stop:?} after {spent} cycles and {done} instructions, {cycles} wanted\n"));
         }
-    } else if case.outcome != "illegal" || stop != (StopReason::Illegal { pc, word: op }) || spent != 0 || done != 0 {
+    } else if case.outcome != "illegal"
+        || stop != (StopReason::Error(ProgramError::Illegal { pc, word: op }))
+        || spent != 0
+        || done != 0
+    {
         return Err(format!("  {stop:?} after {spent} cycles, {} wanted\n", case.outcome));
     }
     for &(name, value) in &case.after {

@@ -16,7 +16,7 @@
 
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, ResetCause, StopReason};
+use emu_core::{Cpu, Probe, ProgramError, ResetCause, StopReason};
 use emu_pic16::Pic16;
 
 use crate::script::{self, Case};
@@ -133,7 +133,7 @@ fn judge(case: &Case) -> Vec<String> {
         match items[..] {
             ["halted"] => list(vec![format!("{stop:?}")], &["Halted"]),
             ["illegal", op] => {
-                let found = if let StopReason::Illegal { word, .. } = stop {
+                let found = if let StopReason::Error(ProgramError::Illegal { word, .. }) = stop {
                     format!("{word:04x}")
                 } else {
                     format!("{stop:?}")

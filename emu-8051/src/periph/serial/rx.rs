@@ -42,6 +42,11 @@ impl SerialReceiver {
         self.level = level;
     }
 
+    /// The present level of the line.
+    pub(super) const fn level(&self) -> bool {
+        self.level
+    }
+
     /// Drops the frame in progress.
     pub(super) fn abort(&mut self) {
         self.frame = None;
