@@ -381,7 +381,7 @@ impl<'a> Lowering<'a> {
             Element::Random { dest } => self.random(dest),
             Element::SeedRandom { dest, src } => self.seed_random(dest, src),
             // They only pass time, or act on a part that is off.
-            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => {}
+            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog | Element::Text { .. } => {}
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
                 let ops = self.and_comparison(*op, a, b);
@@ -392,8 +392,8 @@ impl<'a> Lowering<'a> {
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
             Element::ReadAdc { name, refs } => self.read_adc(name, refs.unwrap_or(0) as u8),
             Element::SetPwm { duty, .. } => self.set_pwm(duty),
-            Element::UartSend { name, rest } => self.send(name, rest.unwrap_or((1, 0))),
-            Element::UartRecv { name, rest } => self.receive(name, rest.map_or(1, |(bytes, _)| bytes)),
+            Element::UartSend { name, rest } => self.send(name, rest.unwrap_or_default()),
+            Element::UartRecv { name, rest } => self.receive(name, rest.unwrap_or_default()),
             Element::UartRecvAvail => self.test_received(),
             Element::UartSendReady => self.test_transmitter(),
             Element::NpulseOff => self.stop_pulses(),

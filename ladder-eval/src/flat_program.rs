@@ -6,7 +6,7 @@ use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, trunca
 use crate::bit_ops;
 pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
-use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
+use crate::peripheral_state::{BusAddress, ByteSequence, FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
 use crate::pulse_ops::{EncoderState, FlatEncoder, FlatNpulse, FlatPulser, FlatStepper, NpulseState, PulserState};
 
@@ -326,7 +326,7 @@ impl ScanState {
             ElementOp::Encoder { encoder } => self.count_steps(code, encoder, rung),
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::SendBytes { src, bytes, transfer } => {
-                self.parts.send_bytes(code, (transfer, bytes), self.read_symbol(src), rung)
+                self.parts.send_bytes(code, ByteSequence { at: transfer, bytes }, self.read_symbol(src), rung)
             }
             ElementOp::SendWait { src, bytes } => self.parts.send_at_once(code, bytes, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
@@ -419,7 +419,7 @@ impl ScanState {
             }
             ElementOp::Transfer { op, send, device, register, recv } => {
                 let (byte, register) = (self.read_value(send) as u8, self.read_value(register) as u8);
-                let answer = self.parts.transfer(op, (device, register), byte);
+                let answer = self.parts.transfer(op, BusAddress { device, register }, byte);
                 recv.into_iter().for_each(|recv| self.store(code, recv, answer.into()));
                 true
             }

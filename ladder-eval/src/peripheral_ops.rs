@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use ladder::format::{self, StringPiece};
-use ladder::{BusOp, BusTransfer, Element, LadderDialect, LadderOperand, is_percent_resolution};
+use ladder::{BusOp, BusTransfer, Element, LadderDialect, LadderOperand, SerialTransfer, is_percent_resolution};
 
 use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
@@ -67,16 +67,16 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::UartSend { name, rest } => {
             let src = builder.integer_index(name)?;
-            let bytes = check_transfer(builder, src, rest.unwrap_or((1, 0)), true)?;
+            let bytes = check_transfer(builder, src, rest.unwrap_or_default(), true)?;
             match bytes {
-                _ if rest.is_some_and(|(_, wait)| wait != 0) => ElementOp::SendWait { src, bytes },
+                _ if rest.is_some_and(|rest| rest.wait != 0) => ElementOp::SendWait { src, bytes },
                 1 => ElementOp::Send { src },
                 bytes => ElementOp::SendBytes { src, bytes, transfer: new_transfer(builder) },
             }
         }
         Element::UartRecv { name, rest } => {
             let dest = builder.integer_index(name)?;
-            match check_transfer(builder, dest, rest.unwrap_or((1, 0)), false)? {
+            match check_transfer(builder, dest, rest.unwrap_or_default(), false)? {
                 1 => ElementOp::Receive { dest },
                 bytes => ElementOp::ReceiveBytes { dest, bytes, transfer: new_transfer(builder) },
             }
@@ -214,7 +214,7 @@ fn new_transfer(builder: &mut FlatBuilder<'_>) -> u32 {
 fn check_transfer(
     builder: &mut FlatBuilder<'_>,
     symbol: u32,
-    (bytes, wait): (u32, u32),
+    SerialTransfer { bytes, wait }: SerialTransfer,
     sends: bool,
 ) -> Result<u8, UnsupportedReason> {
     check_serial(builder)?;

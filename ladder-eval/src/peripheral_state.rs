@@ -79,6 +79,24 @@ pub enum BusEvent {
     },
 }
 
+/// The bytes of an UART_SEND or UART_RECV of several bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ByteSequence {
+    /// Index of its state.
+    pub at: u32,
+    /// Number of bytes.
+    pub bytes: u8,
+}
+
+/// What an element on a bus talks to; both are 0 on SPI.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct BusAddress {
+    /// Address of an I2C device.
+    pub device: u8,
+    /// The register of the device.
+    pub register: u8,
+}
+
 /// State of all peripherals.
 #[derive(Debug, Clone)]
 pub(crate) struct PeripheralState {
@@ -152,7 +170,8 @@ impl PeripheralState {
 
     /// Executes UART_SEND of several bytes: a true rung begins if nothing is left, and each free scan sends a
     /// byte of the value as it is then. Returns whether the transmitter is busy.
-    pub(crate) fn send_bytes(&mut self, code: &FlatProgram, (at, bytes): (u32, u8), value: i32, rung: bool) -> bool {
+    pub(crate) fn send_bytes(&mut self, code: &FlatProgram, bytes: ByteSequence, value: i32, rung: bool) -> bool {
+        let ByteSequence { at, bytes } = bytes;
         let mut left = std::mem::take(&mut self.transfers[at as usize]);
         if rung && left.is_empty() {
             left = (0..bytes).rev().collect();
@@ -193,7 +212,8 @@ impl PeripheralState {
     }
 
     /// Executes a transfer on a bus, and returns the byte that its device answers.
-    pub(crate) fn transfer(&mut self, op: BusOp, (device, register): (u8, u8), byte: u8) -> u8 {
+    pub(crate) fn transfer(&mut self, op: BusOp, at: BusAddress, byte: u8) -> u8 {
+        let BusAddress { device, register } = at;
         self.transfers_of_scan.push(match op {
             BusOp::I2cRead => BusEvent::I2cRead { device, register },
             BusOp::I2cWrite => BusEvent::I2cWrite { device, register, byte },

@@ -161,6 +161,7 @@ pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
             in_brackets("{", &upper, &lower, "}")
         }
         Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
+        Element::Text { dest, text, .. } => (dest.clone().unwrap_or_default(), format!("{{STRING \"{text}\"}}")),
         Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),
     };
     ElementSymbol { above: printable(&top), in_wire: printable(&bottom) }

@@ -90,6 +90,21 @@ pub enum LadderOperand {
     },
 }
 
+/// How many bytes UART_SEND or UART_RECV transfers, and whether it waits for the end (LDmicro 5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SerialTransfer {
+    /// Number of bytes.
+    pub bytes: u32,
+    /// 0 for one byte at most in a scan, another number for all in one scan.
+    pub wait: u32,
+}
+
+impl Default for SerialTransfer {
+    fn default() -> SerialTransfer {
+        SerialTransfer { bytes: 1, wait: 0 }
+    }
+}
+
 /// An element (leaf) of a rung.
 ///
 /// Names keep their first letter: X input, Y output, R internal relay, T timer, C counter, A analog. Any
@@ -345,14 +360,14 @@ pub enum Element {
         /// Destination.
         name: String,
         /// LDmicro 5's byte count and wait flag, if written.
-        rest: Option<(u32, u32)>,
+        rest: Option<SerialTransfer>,
     },
     /// `UART_SEND var [bytes wait]`.
     UartSend {
         /// Source.
         name: String,
         /// LDmicro 5's byte count and wait flag, if written.
-        rest: Option<(u32, u32)>,
+        rest: Option<SerialTransfer>,
     },
     /// `UART_RECV_AVAIL`: tests whether a received byte waits (LDmicro 5).
     UartRecvAvail,
@@ -420,6 +435,17 @@ pub enum Element {
     Persist {
         /// Variable that is kept in the EEPROM.
         name: String,
+    },
+    /// `STRING dest|(none) var|(none) "text"`: no effect here (LDmicro 5).
+    Text {
+        /// Text variable to write; `None` for `(none)`.
+        dest: Option<String>,
+        /// Variable to print; `None` for `(none)`.
+        var: Option<String>,
+        /// The text, with LDmicro's backslash escapes as typed in its editor.
+        text: String,
+        /// True if written in quotes, false if written as decimal codes.
+        quoted: bool,
     },
     /// `FORMATTED_STRING var|(none) length c0 c1 ..` or, in LDmicro 5, `FORMATTED_STRING var|(none) "text"`.
     FormattedString {

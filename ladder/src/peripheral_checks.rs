@@ -6,7 +6,7 @@ use crate::check::{CheckedElement, Checker, check_default_argument};
 use crate::codes;
 use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
-use crate::model::{Element, LadderDialect, LadderOperand};
+use crate::model::{Element, LadderDialect, LadderOperand, SerialTransfer};
 
 /// Half a second in microseconds: half a pulse at 1 Hz.
 const HALF_SECOND_US: u64 = 500_000;
@@ -52,7 +52,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
             }
         }
         Element::UartRecv { name, rest } | Element::UartSend { name, rest } => {
-            check_transfer(checker, at, name, rest.unwrap_or((1, 0)));
+            check_transfer(checker, at, name, rest.unwrap_or_default());
             check_baud(checker, at);
         }
         Element::Npulse { hertz, .. } => check_pulse_frequency(checker, at, hertz),
@@ -198,9 +198,10 @@ fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&
 }
 
 /// Checks how many bytes UART_SEND or UART_RECV transfers, and whether it waits.
-fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, (bytes, wait): (u32, u32)) {
+fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, transfer: SerialTransfer) {
+    let SerialTransfer { bytes, wait } = transfer;
     if checker.program.dialect == LadderDialect::Ldmicro23 {
-        if (bytes, wait) != (1, 0) {
+        if transfer != SerialTransfer::default() {
             check_default_argument(checker, at, "another choice than one byte without waiting", "");
         }
         return;

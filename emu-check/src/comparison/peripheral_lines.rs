@@ -4,9 +4,8 @@
 use std::collections::VecDeque;
 
 use emu_core::pins::{CycleTime, PinLevel};
-use ladder_eval::{BusEvent, Evaluator};
+use ladder_eval::Evaluator;
 
-use crate::chip::bus_devices::event_text;
 use crate::chip::families::CheckedChip;
 use crate::chip::program_places::ProgramPlaces;
 use crate::chip::runner::ChipRunner;
@@ -99,8 +98,7 @@ impl PeripheralLines {
     /// At the start of a scan: chooses the byte that devices on the buses answer in it.
     pub(crate) fn choose_answer<C: CheckedChip>(&self, runner: &mut ChipRunner<'_, C>, eval: &mut Evaluator) {
         if let Some(devices) = runner.listener.as_mut().and_then(|listener| listener.buses.as_mut()) {
-            devices.answer = (eval.scans() as u8).wrapping_mul(0x9D) ^ 0x5A;
-            eval.set_bus_answer(devices.answer);
+            devices.choose_answer(eval);
         }
     }
 
@@ -172,19 +170,7 @@ impl PeripheralLines {
 pub(crate) fn compare_buses<C: CheckedChip>(runner: &mut ChipRunner<'_, C>, eval: &Evaluator) -> Result<u64, Mismatch> {
     let cycle = runner.cpu.cycle();
     let Some(devices) = runner.listener.as_mut().and_then(|listener| listener.buses.as_mut()) else { return Ok(0) };
-    let difference =
-        |expected: String, found: String| Err(Mismatch::of_text(DifferenceKind::Bus, cycle, expected, found));
-    let (wanted, found) = (eval.bus_events(), std::mem::take(&mut devices.events));
-    let text = |event: Option<&BusEvent>| event.map_or_else(|| "no transfer".to_owned(), event_text);
-    if let Some(fault) = devices.fault.take() {
-        return difference(text(wanted.get(found.len())), fault);
-    }
-    for n in 0..wanted.len().max(found.len()) {
-        if wanted.get(n) != found.get(n) {
-            return difference(text(wanted.get(n)), text(found.get(n)));
-        }
-    }
-    Ok(wanted.len() as u64 + 1)
+    devices.compare(eval).map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Bus, cycle, deviation))
 }
 
 fn byte_name(byte: u8) -> String {

@@ -8,8 +8,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
-    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
-    TimerKind,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode,
+    SerialTransfer, SymbolKind, TimerKind,
 };
 
 use crate::stimulus::generator::MAX_SWEEP_INPUTS;
@@ -173,7 +173,7 @@ impl<'a> AnalysisPass<'a> {
             Element::Flow { op: FlowOp::Goto, .. } => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Flow { .. } | Element::Return | Element::Lock => same,
             Element::SeedRandom { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => same,
-            Element::NpulseOff => same,
+            Element::NpulseOff | Element::Text { .. } => same,
             Element::Segments { dest, src, .. } => {
                 self.integers.remove(dest);
                 if let LadderOperand::Var(name) = src {
@@ -294,7 +294,7 @@ impl<'a> AnalysisPass<'a> {
                 self.integers.remove(name);
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
             }
-            Element::UartSend { rest: Some((1, 1)), .. } => when(FALSE_FALSE, TRUE_FALSE),
+            Element::UartSend { rest: Some(SerialTransfer { bytes: 1, wait: 1 }), .. } => when(FALSE_FALSE, TRUE_FALSE),
             // A transmitter may be busy on any rung, so every outcome is taken as possible.
             Element::UartSend { .. } | Element::FormattedString { .. } | Element::Placeholder => {
                 when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)

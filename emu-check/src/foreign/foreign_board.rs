@@ -47,6 +47,8 @@ pub(crate) struct ForeignBoard {
     pub left_out: Vec<String>,
     /// True if the values of sent bytes are compared.
     pub compares_bytes: bool,
+    /// True if the transfers on buses are compared.
+    pub compares_buses: bool,
     /// Number of scans that a byte takes.
     pub scans_per_byte: u64,
     /// The locations of the symbols, if a map is given.
@@ -115,6 +117,13 @@ impl ForeignBoard {
         if eval.pwm_hz().is_some() && pwm.is_none() {
             fault(format!("{} has no PWM output that programs use", chip.name));
         }
+        let buses = bus_pins(program, chip);
+        if program.uses_part(ChipPart::I2c) && buses.i2c.is_none() {
+            fault(format!("{} has no I2C bus that programs use", chip.name));
+        }
+        if program.uses_part(ChipPart::Spi) && buses.spi.is_none() {
+            fault(format!("{} has no SPI bus that programs use", chip.name));
+        }
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -135,8 +144,9 @@ impl ForeignBoard {
         if !compares_bytes {
             left_out.push("values of bytes: they depend on the moment at which others were sent".to_owned());
         }
-        if program.uses_part(ChipPart::I2c) || program.uses_part(ChipPart::Spi) {
-            left_out.push("transfers on buses: no device is at their pins, and reads give FFh".to_owned());
+        let compares_buses = timing_dependent.is_empty();
+        if buses.pins().next().is_some() && !compares_buses {
+            left_out.push("transfers on buses: they may depend on the moment at which a byte is sent".to_owned());
         }
         let mut addr = 0;
         let mut eeprom_variables = Vec::new();
@@ -161,7 +171,7 @@ impl ForeignBoard {
             bit_time: BitTime { hz: pace.clock_hz, baud },
             analog,
             pwm: None,
-            buses: BusPins::default(),
+            buses,
             eeprom_cells: addr,
             clocks_per_cycle: pace.clocks_per_cycle,
         };
@@ -178,6 +188,7 @@ impl ForeignBoard {
             timing_dependent,
             left_out,
             compares_bytes,
+            compares_buses,
             scans_per_byte,
             places,
         })
@@ -186,6 +197,20 @@ impl ForeignBoard {
     /// The chip's name of a pin, such as `PD2`.
     pub(super) fn pin_name(&self, pin: PinId) -> &'static str {
         self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
+    }
+}
+
+/// The pins of the buses that a program uses: those at which the compiler puts them.
+fn bus_pins(program: &LadderProgram, chip: &Chip) -> BusPins {
+    let target = ladder_compile::find_target(chip.name);
+    let i2c = target.and_then(|target| target.i2c).filter(|_| program.uses_part(ChipPart::I2c));
+    let spi = target.and_then(|target| target.spi).filter(|_| program.uses_part(ChipPart::Spi));
+    BusPins {
+        i2c: i2c.and_then(|(data, clock)| chip.pin(data).zip(chip.pin(clock))),
+        spi: spi.and_then(|names| match names.map(|name| chip.pin(name)) {
+            [Some(select), Some(clock), Some(out), Some(input)] => Some([select, clock, out, input]),
+            _ => None,
+        }),
     }
 }
 

@@ -1,9 +1,10 @@
-//! A probe at the pins of a foreign image: the serial line, the PWM output, and all outputs before the first
+//! A probe at the pins of a foreign image: the serial line, the PWM output, the buses, and all outputs before the first
 //! scan.
 
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
+use crate::chip::bus_devices::BusDevices;
 use crate::chip::deviation::Deviation;
 use crate::chip::serial_line::SerialListener;
 
@@ -17,6 +18,8 @@ pub(crate) struct LineListener {
     pub serial: Option<(PinId, SerialListener)>,
     /// The pin of the PWM output with its meter.
     pub pwm: Option<(PinId, ForeignPwmMeter)>,
+    /// The devices on the buses.
+    pub buses: Option<BusDevices>,
     /// Outputs with the clock of their first rising edge; they are observed until the first scan has started.
     pub outputs: Vec<(PinId, Option<u64>)>,
     /// True until the first scan has started.
@@ -32,6 +35,7 @@ impl LineListener {
             pwm: board
                 .pwm
                 .map(|(pin, hertz)| (pin, ForeignPwmMeter::new(board.pace.clock_hz, hertz, of.clocks_per_cycle))),
+            buses: BusDevices::new(of.buses),
             outputs: board.outputs.iter().map(|&(_, pin)| (pin, None)).collect(),
             is_before_first_scan: true,
         }
@@ -60,7 +64,10 @@ impl Probe for LineListener {
                 output.1.get_or_insert(clock);
             });
         }
-        false
+        self.buses.as_mut().is_some_and(|buses| {
+            buses.note_edge(pin, high);
+            buses.drive.is_some()
+        })
     }
 }
 

@@ -3,8 +3,8 @@
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{
-    BusOp, BusTransfer, CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
-    UnaryOp,
+    BusOp, BusTransfer, CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, SerialTransfer,
+    ShiftOp, TimerKind, UnaryOp,
 };
 
 use super::generator::ProgramGenerator;
@@ -61,7 +61,7 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         }
         ElementSort::Send => {
             let name = random_integer(draw);
-            let rest = random_transfer(draw).map(|(bytes, _)| (bytes, u32::from(draws_wait(draw))));
+            let rest = random_transfer(draw).map(|rest| SerialTransfer { wait: u32::from(draws_wait(draw)), ..rest });
             Element::UartSend { name, rest }
         }
         ElementSort::Receive => {
@@ -115,8 +115,8 @@ fn draws_wait(draw: &mut ProgramGenerator) -> bool {
 
 /// How many bytes UART_SEND or UART_RECV transfers; the generator makes them fit the
 /// integer.
-fn random_transfer(draw: &mut ProgramGenerator) -> Option<(u32, u32)> {
-    (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| (1 + draw.rng.below(4) as u32, 0))
+fn random_transfer(draw: &mut ProgramGenerator) -> Option<SerialTransfer> {
+    (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| SerialTransfer { bytes: 1 + draw.rng.below(4) as u32, wait: 0 })
 }
 
 /// What LDmicro 5 does with the bits of integers.

@@ -1,7 +1,7 @@
 //! Lowers serial line, strings, converter, PWM output and EEPROM.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{ChipPart, CompareOp, Element, LadderProgram};
+use ladder::{ChipPart, CompareOp, Element, LadderProgram, SerialTransfer};
 
 use super::{Lowering, if_accumulator, step_word};
 use crate::ir::{
@@ -150,7 +150,7 @@ impl Lowering<'_> {
     }
 
     /// Lowers UART_SEND.
-    pub(super) fn send(&mut self, name: &str, (bytes, wait): (u32, u32)) {
+    pub(super) fn send(&mut self, name: &str, SerialTransfer { bytes, wait }: SerialTransfer) {
         let word = self.word(name);
         if wait != 0 {
             return self.send_at_once(word, bytes as i32);
@@ -240,7 +240,7 @@ impl Lowering<'_> {
 
     /// Lowers UART_RECV. A program that tests whether a byte waits has taken it from the receiver before the
     /// rungs.
-    pub(super) fn receive(&mut self, name: &str, bytes: u32) {
+    pub(super) fn receive(&mut self, name: &str, SerialTransfer { bytes, .. }: SerialTransfer) {
         let name = self.word(name);
         let dst = if bytes > 1 { self.temporary("received", bytes as u8) } else { name };
         let mut ops = match self.received {

@@ -13,7 +13,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
+    PowerEffect, RungNode, SerialTransfer, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
 };
 use ladder_eval::{BusEvent, Evaluator};
 use proptest::prelude::*;
@@ -187,7 +187,8 @@ fn bit_element() -> impl Strategy<Value = Element> {
         (any::<bool>(), integer(), time).prop_map(|(is_scans, dest, time)| Element::TimeValue { is_scans, dest, time });
     let random = integer().prop_map(|dest| Element::Random { dest });
     let seed = (integer(), operand()).prop_map(|(dest, src)| Element::SeedRandom { dest, src });
-    let other = select(vec![Element::Sleep, Element::ClearWatchdog, Element::Delay { time: constant(5) }]);
+    let text = Element::Text { dest: None, var: Some("n".to_owned()), text: "n=\\5".to_owned(), quoted: true };
+    let other = select(vec![Element::Sleep, Element::ClearWatchdog, Element::Delay { time: constant(5) }, text]);
     let new = prop_oneof![3 => segments, 1 => time, 2 => random, 1 => seed, 1 => other];
     prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus, 4 => new]
 }
@@ -228,7 +229,7 @@ fn device() -> impl Strategy<Value = Element> {
         1 => Just(Element::ReadAdc { name: "Ain".to_owned(), refs: None }),
         1 => operand().prop_map(|duty| Element::SetPwm { duty, hertz: constant(1000), output: None }),
         2 => (integer(), transfer(), 0..2u32).prop_map(|(name, rest, wait)| {
-            Element::UartSend { name, rest: rest.map(|(bytes, _)| (bytes, wait)) }
+            Element::UartSend { name, rest: rest.map(|rest: SerialTransfer| SerialTransfer { wait, ..rest }) }
         }),
         3 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartRecv { name, rest }),
         3 => text,
@@ -240,8 +241,8 @@ fn device() -> impl Strategy<Value = Element> {
 }
 
 /// Numbers of bytes; [`in_dialect`] makes them fit the widths.
-fn transfer() -> impl Strategy<Value = Option<(u32, u32)>> {
-    prop::option::of((1..5u32).prop_map(|bytes| (bytes, 0)))
+fn transfer() -> impl Strategy<Value = Option<SerialTransfer>> {
+    prop::option::of((1..5u32).prop_map(|bytes| SerialTransfer { bytes, wait: 0 }))
 }
 
 /// What happened on a bus, as the naive interpreter notes it.

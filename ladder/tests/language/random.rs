@@ -6,8 +6,8 @@ use crate::common;
 use diag::Pos;
 use ladder::{
     BusOp, BusTransfer, CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram,
-    LdFormat, MathOp, ProgramSettings, Rung, RungNode, SegmentDisplay, ShiftOp, SourceStyle, TimerKind, UnaryOp,
-    VarEntry,
+    LdFormat, MathOp, ProgramSettings, Rung, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, SourceStyle, TimerKind,
+    UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -88,7 +88,7 @@ fn element() -> impl Strategy<Value = Element> {
         Element::NpulseOff,
     ]);
     let value = -32768i64..=32767;
-    let uart = option::of((1u32..=255, 0u32..=1));
+    let uart = option::of((1u32..=255, 0u32..=1).prop_map(|(bytes, wait)| SerialTransfer { bytes, wait }));
     let contact = ("[XYR][A-Za-z0-9_]{0,8}", any::<bool>(), flag.clone());
     let coil = ("[YR][A-Za-z0-9_]{0,8}", any::<bool>(), any::<bool>(), any::<bool>(), flag);
     let string = prop_oneof![
@@ -173,7 +173,13 @@ fn element() -> impl Strategy<Value = Element> {
         boxed(integer().prop_map(|name| Element::Persist { name })),
         pulse_element(),
         bus_element(),
-        boxed(string.prop_map(|(var, text, quoted)| Element::FormattedString { var, text, quoted })),
+        boxed(string.clone().prop_map(|(var, text, quoted)| Element::FormattedString { var, text, quoted })),
+        boxed((option::of("[a-z]{1,4}"), string).prop_map(|(dest, (var, text, quoted))| Element::Text {
+            dest,
+            var,
+            text,
+            quoted,
+        })),
     ])
 }
 

@@ -171,7 +171,7 @@ impl LadderGenerator<'_> {
                 _ => format!("I2C_WR b {} - Master 0x20 {other} MSB_FIRST 100000", self.operand()),
             },
             16 => match few {
-                0 => self.pick(&["DELAY 5", "SLEEP", "CLRWDT"]).to_owned(),
+                0 => self.pick(&["DELAY 5", "SLEEP", "CLRWDT", "STRING t (none) \"a\""]).to_owned(),
                 1 => "RETURN".to_owned(),
                 _ => format!("GOTO {}", 1 + self.rng.below(9)),
             },

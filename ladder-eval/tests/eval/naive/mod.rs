@@ -19,7 +19,7 @@ use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    RungNode, TimerKind,
+    RungNode, SerialTransfer, TimerKind,
 };
 use narrow::NarrowOperand;
 
@@ -319,8 +319,10 @@ impl NaiveInterpreter {
                 }
                 power
             }
-            Element::UartSend { name, rest: Some((bytes, 1)) } => self.send_at_once(name, *bytes, (power, program)),
-            Element::UartSend { name, rest: Some((bytes @ 2.., _)) } => {
+            Element::UartSend { name, rest: Some(SerialTransfer { bytes, wait: 1 }) } => {
+                self.send_at_once(name, *bytes, (power, program))
+            }
+            Element::UartSend { name, rest: Some(SerialTransfer { bytes: bytes @ 2.., .. }) } => {
                 if power {
                     self.transfers.entry(self.current_element).or_default();
                 }
@@ -336,7 +338,7 @@ impl NaiveInterpreter {
                 }
                 self.now < self.line_free
             }
-            Element::UartRecv { name, rest: Some((bytes @ 2.., _)) } => {
+            Element::UartRecv { name, rest: Some(SerialTransfer { bytes: bytes @ 2.., .. }) } => {
                 let Some(byte) = self.received_byte.filter(|_| power) else { return false };
                 self.received_byte = None;
                 let come = self.transfers.entry(self.current_element).or_default();
@@ -477,6 +479,7 @@ impl NaiveInterpreter {
             | Element::SeedRandom { .. }
             | Element::Delay { .. }
             | Element::Sleep
+            | Element::Text { .. }
             | Element::ClearWatchdog => {
                 if power {
                     self.more(element, program);
