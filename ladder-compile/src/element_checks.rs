@@ -95,7 +95,7 @@ fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
     match part {
         ChipPart::Transmitter | ChipPart::Receiver => target.uart.is_some(),
         ChipPart::Converter => !target.adc.is_empty(),
-        ChipPart::Pwm => target.pwm.is_some(),
+        ChipPart::Pwm => !target.pwm.is_empty(),
         ChipPart::Eeprom => target.eeprom > 0,
         ChipPart::I2c => target.i2c.is_some(),
         ChipPart::Spi => target.spi.is_some(),

@@ -109,8 +109,8 @@ struct Lowering<'a> {
     jumps: Option<JumpPlan<'a>>,
     /// The master relay, if the program uses it.
     master: Option<BitId>,
-    /// If several elements set the duty cycle: the last value of this scan, and whether one was set.
-    duty: Option<(WordId, BitId)>,
+    /// For each PWM output, if several elements set it: the last value of this scan, and whether one was set.
+    duties: Vec<Option<(WordId, BitId)>>,
     /// Zero in the first scan, one afterwards; for TOF timers that cannot be preset before the rungs.
     after_first_scan: Option<BitId>,
     /// TOF elements that are preset before the rungs.
@@ -152,7 +152,7 @@ impl<'a> Lowering<'a> {
             jumps: None,
             seeds: HashMap::new(),
             master: None,
-            duty: None,
+            duties: Vec::new(),
             after_first_scan: None,
             preset_timers: Vec::new(),
             trains: HashMap::new(),
@@ -391,7 +391,7 @@ impl<'a> Lowering<'a> {
             Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
             Element::ReadAdc { name, refs } => self.read_adc(name, refs.unwrap_or(0) as u8),
-            Element::SetPwm { duty, .. } => self.set_pwm(duty),
+            Element::SetPwm { duty, output, .. } => self.set_pwm(duty, output.as_ref()),
             Element::UartSend { name, rest } => self.send(name, rest.unwrap_or_default()),
             Element::UartRecv { name, rest } => self.receive(name, rest.unwrap_or_default()),
             Element::UartRecvAvail => self.test_received(),

@@ -47,7 +47,7 @@ pub(crate) enum ElementOp {
     LookUp   { dest: u32, index: ValueSource, table: u32 },
     Curve    { dest: u32, index: ValueSource, curve: u32 },
     ReadAdc  { dest: u32, input: u32 },
-    SetPwm   { duty: ValueSource },
+    SetPwm   { duty: ValueSource, output: u32 },
     Send     { src: u32 },
     SendWait { src: u32, bytes: u8 },
     Receive  { dest: u32 },

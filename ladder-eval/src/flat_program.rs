@@ -6,7 +6,7 @@ use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, trunca
 use crate::bit_ops;
 pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
-use crate::peripheral_state::{BusAddress, ByteSequence, FormattedText, PeripheralState, PiecewiseCurve};
+use crate::peripheral_state::{BusAddress, ByteSequence, FormattedText, PeripheralState, PiecewiseCurve, PwmChannel};
 use crate::ports::FlatPort;
 use crate::pulse_ops::{EncoderState, FlatEncoder, FlatNpulse, FlatPulser, FlatStepper, NpulseState, PulserState};
 
@@ -46,8 +46,8 @@ pub(crate) struct FlatProgram {
     pub encoders: Vec<FlatEncoder>,
     /// Ports of which the program names a register.
     pub ports: Vec<FlatPort>,
-    /// Frequency of the PWM output in Hz; `None` without SET_PWM.
-    pub pwm_hz: Option<u32>,
+    /// The PWM outputs, in the order in which SET_PWM names them first.
+    pub pwm_outputs: Vec<PwmChannel>,
     /// Number of scans that a byte takes on the serial line.
     pub scans_per_byte: u32,
     /// Number of UART_SEND and UART_RECV of several bytes.
@@ -427,8 +427,8 @@ impl ScanState {
                 self.parts.send_bus_text(&code.bus_texts[text as usize]);
                 true
             }
-            ElementOp::SetPwm { duty } => {
-                self.parts.duty = Some(self.read_value(duty).clamp(0, 100) as u8);
+            ElementOp::SetPwm { duty, output } => {
+                self.parts.duties[output as usize] = Some(self.read_value(duty).clamp(0, 100) as u8);
                 true
             }
             ElementOp::Persist { var, cell, memory } => {

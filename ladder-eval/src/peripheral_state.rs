@@ -97,13 +97,22 @@ pub(crate) struct BusAddress {
     pub register: u8,
 }
 
+/// A PWM output of a program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PwmChannel {
+    /// Its name, if SET_PWM has one.
+    pub name: Option<String>,
+    /// Its frequency in Hz.
+    pub hertz: u32,
+}
+
 /// State of all peripherals.
 #[derive(Debug, Clone)]
 pub(crate) struct PeripheralState {
     /// For each analog input, the result of a conversion.
     pub adc: Vec<u16>,
-    /// Duty cycle of the PWM output in percent; `None` before it is set.
-    pub duty: Option<u8>,
+    /// For each PWM output, its duty cycle in percent; `None` before it is set.
+    pub duties: Vec<Option<u8>>,
     /// Number of scans until the transmitter is free.
     pub transmitter_busy_scans: u32,
     /// Bytes sent in this scan.
@@ -129,7 +138,7 @@ impl PeripheralState {
     pub(crate) fn power_up(code: &FlatProgram) -> PeripheralState {
         PeripheralState {
             adc: vec![0; code.adc_symbols.len()],
-            duty: None,
+            duties: vec![None; code.pwm_outputs.len()],
             transmitter_busy_scans: 0,
             sent: Vec::new(),
             received_byte: None,

@@ -8,8 +8,8 @@ use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{
-    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, SegmentDisplay, SerialTransfer,
-    ShiftOp, TimerKind, UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, PwmChoice, SegmentDisplay,
+    SerialTransfer, ShiftOp, TimerKind, UnaryOp,
 };
 use crate::pulse_elements;
 use crate::reader::{LdReader, message_text};
@@ -403,7 +403,7 @@ fn set_pwm(r: &mut LdReader<'_>, duty: LdToken<'_>, hertz: LdToken<'_>, output: 
     let output = match output {
         [name, resolution @ ..] => {
             let resolution = resolution.first().map_or("", |token| token.text);
-            r.read_name(*name).map(|n| Some((n, resolution.to_owned())))
+            r.read_name(*name).map(|name| Some(PwmChoice { name, resolution: resolution.to_owned() }))
         }
         _ => Some(None),
     };

@@ -90,6 +90,15 @@ pub enum LadderOperand {
     },
 }
 
+/// The output that SET_PWM names, and its resolution (LDmicro 5).
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct PwmChoice {
+    /// Name of the output, which `IO LIST` puts at a pin.
+    pub name: String,
+    /// The resolution as written; empty if missing.
+    pub resolution: String,
+}
+
 /// How many bytes UART_SEND or UART_RECV transfers, and whether it waits for the end (LDmicro 5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SerialTransfer {
@@ -353,7 +362,7 @@ pub enum Element {
         /// Frequency in Hz.
         hertz: LadderOperand,
         /// LDmicro 5's output name and resolution, if written.
-        output: Option<(String, String)>,
+        output: Option<PwmChoice>,
     },
     /// `UART_RECV var [bytes wait]`.
     UartRecv {
@@ -458,7 +467,44 @@ pub enum Element {
     },
 }
 
+/// A PWM output of a program: that of all SET_PWM with one name, or of those without a name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PwmOutput {
+    /// Name of the output, if SET_PWM has one.
+    pub name: Option<String>,
+    /// Frequency in Hz; `None` if it is refused.
+    pub hertz: Option<u32>,
+    /// The first SET_PWM of the output.
+    pub element: ElementId,
+}
+
+impl PwmOutput {
+    /// The name, or `PWM` for the output without one.
+    #[must_use]
+    pub fn label(&self) -> &str {
+        self.name.as_deref().unwrap_or("PWM")
+    }
+}
+
 impl LadderProgram {
+    /// The PWM outputs in the order in which SET_PWM names them first.
+    #[must_use]
+    pub fn pwm_outputs(&self) -> Vec<PwmOutput> {
+        let mut outputs: Vec<PwmOutput> = Vec::new();
+        for (id, element, _) in self.elements() {
+            let Element::SetPwm { hertz, output, .. } = element else { continue };
+            let name = output.as_ref().map(|choice| choice.name.clone());
+            if outputs.iter().all(|output| output.name != name) {
+                let hertz = match hertz {
+                    LadderOperand::Const { value, .. } => u32::try_from(*value).ok().filter(|hertz| *hertz > 0),
+                    LadderOperand::Var(_) => None,
+                };
+                outputs.push(PwmOutput { name, hertz, element: id });
+            }
+        }
+        outputs
+    }
+
     /// Returns all symbols that the rungs use, and the inputs, outputs, relays and analog inputs of `IO
     /// LIST`, each once, sorted by kind and then by name.
     ///

@@ -43,7 +43,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
                 Some(_) if checker.program.dialect == LadderDialect::Ldmicro23 => {
                     check_default_argument(checker, at, "the choice of the output", "");
                 }
-                Some((_, resolution)) if !is_percent_resolution(resolution) => {
+                Some(choice) if !is_percent_resolution(&choice.resolution) => {
                     let hint =
                         "write 0-100 and give the duty in percent: MUL by 100 and DIV by the full scale before SET_PWM";
                     check_default_argument(checker, at, "a resolution other than 0-100", hint);
@@ -101,32 +101,30 @@ fn check_reference(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str
     }
 }
 
-/// Checks that all SET_PWM agree, because the program has one PWM output.
+/// Checks that all SET_PWM of an output name one frequency, and that all name an output or none does.
 pub(crate) fn check_pwm(checker: &mut Checker<'_>) {
     let program = checker.program;
-    let mut all = program.elements().filter_map(|(id, element, pos)| match element {
-        Element::SetPwm { hertz, output, .. } => {
-            let hertz = match hertz {
-                LadderOperand::Const { value, .. } => Some(*value),
-                LadderOperand::Var(_) => None,
-            };
-            Some((CheckedElement { id, element, pos }, hertz, output.as_ref().map(|o| o.0.as_str())))
+    let outputs = program.pwm_outputs();
+    for (id, element, pos) in program.elements() {
+        let Element::SetPwm { hertz: LadderOperand::Const { value: hertz, .. }, output, .. } = element else {
+            continue;
+        };
+        let at = CheckedElement { id, element, pos };
+        let name = output.as_ref().map(|choice| &choice.name);
+        let Some(first) = outputs.iter().find(|output| output.name.as_ref() == name) else { continue };
+        if let Some(one) = first.hertz.filter(|one| i64::from(*one) != *hertz && first.element != id) {
+            let of = first.name.as_ref().map_or("the one output".to_owned(), |name| format!("the output {name}"));
+            let cause = format!("{hertz} Hz, but {} sets {one} Hz for {of}", first.element);
+            checker.error(codes::PWM, at, cause, "let all SET_PWM of an output name one frequency");
         }
-        _ => None,
-    });
-    let Some((first, hertz, output)) = all.next() else { return };
-    for (at, other, to) in all {
-        if let (Some(one), Some(other)) = (hertz, other)
-            && one != other
+        if let Some(other) =
+            outputs.first().filter(|other| first.element == id && other.name.is_some() != name.is_some())
         {
-            let cause = format!("{other} Hz, but {} sets {one} Hz, and there is one output", first.id);
-            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one frequency");
-        }
-        if output != to {
-            let name = |output: Option<&str>| output.unwrap_or("no name").to_owned();
-            let cause =
-                format!("the output is {}, but {} has {}, and there is one output", name(to), first.id, name(output));
-            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one output, or make the other signal from scan to scan with PULSER");
+            let cause = match name {
+                None => format!("the output has no name, but {} has {}", other.element, other.label()),
+                Some(name) => format!("the output is {name}, but {} has no name", other.element),
+            };
+            checker.error(codes::PWM, at, cause, "give all SET_PWM of the program the name of an output, or none");
         }
     }
 }

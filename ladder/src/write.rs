@@ -6,8 +6,8 @@ use diag::text::{TextEncoding, to_code_page};
 
 use crate::bus_elements;
 use crate::model::{
-    CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
-    SegmentDisplay, SerialTransfer, ShiftOp, TimerKind, UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings,
+    PwmChoice, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, TimerKind, UnaryOp,
 };
 use crate::pulse_elements;
 
@@ -214,7 +214,7 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
             write!(out, "SET_PWM {} {}", operand_text(duty), operand_text(hertz))?;
             output
                 .iter()
-                .flat_map(|(name, resolution)| [name, resolution])
+                .flat_map(|PwmChoice { name, resolution }| [name, resolution])
                 .filter(|word| !word.is_empty())
                 .try_for_each(|word| write!(out, " {word}"))
         }

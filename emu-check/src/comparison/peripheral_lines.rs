@@ -110,10 +110,11 @@ impl PeripheralLines {
             self.awaited.push_back(AwaitedByte { byte, earliest: now, latest: u64::MAX, scan: runner.scans_started() });
         }
         let longest_scan_clocks = self.longest_scan_clocks;
-        if let Some((_, meter)) = runner.listener.as_mut().and_then(|listener| listener.pwm.as_mut())
-            && meter.duty() != eval.pwm_percent()
-        {
-            meter.set_duty(now + longest_scan_clocks, eval.pwm_percent());
+        let meters = runner.listener.iter_mut().flat_map(|listener| &mut listener.pwm);
+        for ((_, meter), duty) in meters.zip(eval.pwm_duties()) {
+            if meter.duty() != *duty {
+                meter.set_duty(now + longest_scan_clocks, *duty);
+            }
         }
     }
 
@@ -185,10 +186,14 @@ fn frame_text(frame: &SerialFrame) -> String {
 
 /// Compares the PWM output as measured.
 fn compare_pwm<C: CheckedChip>(runner: &ChipRunner<'_, C>) -> Result<u64, Mismatch> {
-    let Some((_, meter)) = runner.listener.as_ref().and_then(|listener| listener.pwm.as_ref()) else { return Ok(0) };
-    meter
-        .judge(runner.clock())
-        .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pwm, runner.cpu.cycle(), deviation))
+    let meters = runner.listener.iter().flat_map(|listener| &listener.pwm);
+    let mut compared = 0;
+    for (_, meter) in meters {
+        compared += meter
+            .judge(runner.clock())
+            .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pwm, runner.cpu.cycle(), deviation))?;
+    }
+    Ok(compared)
 }
 
 /// Compares the cells of the EEPROM, once the evaluator's last write is complete.

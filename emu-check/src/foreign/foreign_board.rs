@@ -9,7 +9,7 @@ use ladder_eval::Evaluator;
 
 use crate::CheckOptions;
 use crate::chip::bus_devices::BusPins;
-use crate::chip::map_contract::{ScanPace, pwm_frequency, requested_pin};
+use crate::chip::map_contract::{ScanPace, requested_pin};
 use crate::chip::peripherals::{CheckedPeripherals, SerialUse, reference_millivolts, serial_use};
 use crate::chip::program_places::ProgramPlaces;
 use crate::chip::serial_line::BitTime;
@@ -37,8 +37,8 @@ pub(crate) struct ForeignBoard {
     pub outputs: Vec<(usize, PinId)>,
     /// The serial line, the analog inputs and the EEPROM; the PWM output is in `pwm`.
     pub peripherals: CheckedPeripherals,
-    /// The PWM output: pin and frequency in Hz.
-    pub pwm: Option<(PinId, u64)>,
+    /// The PWM outputs in the evaluator's order: pin and frequency in Hz; none if they are not compared.
+    pub pwm: Vec<(PinId, u64)>,
     /// The EEPROM variables that are compared.
     pub eeprom_variables: Vec<EepromVariable>,
     /// Per symbol: whether its value depends on the moment at which a byte is sent.
@@ -81,6 +81,12 @@ impl ForeignBoard {
             });
             map.pins.iter().find(|pin| pin.name == name).map(|pin| pin.pin.as_str()).or(analog)
         };
+        let pwm_of_map = |name: &str| {
+            map?.specials.iter().find_map(|special| match special {
+                SpecialPin::Pwm { pin, name: of, .. } if of.as_deref() == Some(name) => Some(pin.as_str()),
+                _ => None,
+            })
+        };
         let mut pin = |name: &str| {
             let requested = requested_pin(program, options, chip, name).or_else(|| of_map(name));
             let found = requested.and_then(|pin| chip.pin(pin));
@@ -109,13 +115,22 @@ impl ForeignBoard {
         let SerialUse { sends, receives } = serial_use(program);
         let uart = target.and_then(|target| target.uart).filter(|_| sends || receives);
         let (transmit, receive) = uart.map_or((None, None), |(tx, rx)| (chip.pin(tx), chip.pin(rx)));
-        let hertz = pwm_frequency(program).filter(|_| eval.pwm_hz().is_some());
-        let pwm = target.and_then(|target| chip.pin(target.pwm?)).zip(hertz);
+        let first_pwm = target.and_then(|target| target.pwm.first()).map(|at| at.pin);
+        let mut pwm = Vec::new();
+        for output in eval.pwm_outputs() {
+            let name = output.name.as_deref();
+            let chosen = name.and_then(|name| requested_pin(program, options, chip, name).or_else(|| pwm_of_map(name)));
+            let found = chosen.or(first_pwm.filter(|_| eval.pwm_outputs().len() == 1)).and_then(|pin| chip.pin(pin));
+            if found.is_none() {
+                fault(match (name, first_pwm) {
+                    (Some(name), Some(_)) => format!("the pin of `{name}` on {} is not known", chip.name),
+                    _ => format!("{} has no PWM output that programs use", chip.name),
+                });
+            }
+            pwm.extend(found.map(|pin| (pin, u64::from(output.hertz))));
+        }
         if (sends || receives) && uart.is_none() {
             fault(format!("{} has no serial line that programs use", chip.name));
-        }
-        if eval.pwm_hz().is_some() && pwm.is_none() {
-            fault(format!("{} has no PWM output that programs use", chip.name));
         }
         let buses = bus_pins(program, chip);
         if program.uses_part(ChipPart::I2c) && buses.i2c.is_none() {
@@ -170,12 +185,14 @@ impl ForeignBoard {
             receive: receive.filter(|_| receives),
             bit_time: BitTime { hz: pace.clock_hz, baud },
             analog,
-            pwm: None,
+            pwm: Vec::new(),
             buses,
             eeprom_cells: addr,
             clocks_per_cycle: pace.clocks_per_cycle,
         };
-        let pwm = pwm.filter(|_| !timing_dependent_duty);
+        if timing_dependent_duty {
+            pwm.clear();
+        }
         let timing_dependent = eval.symbols().iter().map(is_timing_dependent).collect();
         Ok(ForeignBoard {
             chip,

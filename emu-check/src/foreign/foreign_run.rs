@@ -326,12 +326,12 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         if let Some(&(_, byte)) = self.awaited.front().filter(|(sent_in_scan, _)| is_late(*sent_in_scan)) {
             return Err(ForeignMismatch::of_text(DifferenceKind::Serial, byte_name(byte), "nothing sent".to_owned()));
         }
-        if let Some((_, pulses)) = &mut self.listener.pwm {
+        for ((_, pulses), duty) in self.listener.pwm.iter_mut().zip(self.eval.pwm_duties()) {
             self.compared += 1;
             if let Some(Deviation { expected, found }) = pulses.judge(clock) {
                 return Err(ForeignMismatch::of_text(DifferenceKind::Pwm, expected, found));
             }
-            pulses.set_duty(clock, self.eval.pwm_percent());
+            pulses.set_duty(clock, *duty);
         }
         if let Some(devices) = self.listener.buses.as_mut().filter(|_| self.board.compares_buses) {
             self.compared += devices.compare(&self.eval).map_err(|Deviation { expected, found }| {

@@ -37,7 +37,7 @@ impl ProgramProfile {
             ProgramProfile::Buses => {
                 ProgramProfile::Whole.is_supported_by(target) && target.i2c.is_some() && target.spi.is_some()
             }
-            ProgramProfile::Whole => serial && target.pwm.is_some() && target.adc.len() >= 2 && target.eeprom >= 64,
+            ProgramProfile::Whole => serial && !target.pwm.is_empty() && target.adc.len() >= 2 && target.eeprom >= 64,
         }
     }
 }

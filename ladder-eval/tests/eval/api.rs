@@ -1,7 +1,9 @@
 //! Tests the public interface of the evaluator: symbols, external values, watch callbacks and refusals.
 
 use crate::common::model::{coil, constant, contacts, leaf, parallel, program, var};
-use ladder::{CompareOp, CounterKind, Element, ElementId, LadderDialect, MathOp, RungNode, SerialTransfer, TimerKind};
+use ladder::{
+    CompareOp, CounterKind, Element, ElementId, LadderDialect, MathOp, PwmChoice, RungNode, SerialTransfer, TimerKind,
+};
 use ladder_eval::{Evaluator, UnsupportedElement};
 
 fn move_constant(dest: &str, value: i64) -> Element {
@@ -116,7 +118,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
     let curve =
         |points: &[(i64, i64)]| Element::PiecewiseLinear { dest: name(), index: var("m"), points: points.to_vec() };
     let pwm = |hertz, resolution: Option<&str>| {
-        let output = resolution.map(|r| ("Pout".to_owned(), r.to_owned()));
+        let output = resolution.map(|r| PwmChoice { name: "Pout".to_owned(), resolution: r.to_owned() });
         Element::SetPwm { duty: var("n"), hertz, output }
     };
     let text = |var: Option<&str>, text: &str| Element::FormattedString {

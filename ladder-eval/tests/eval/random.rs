@@ -13,7 +13,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    PowerEffect, RungNode, SerialTransfer, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
+    PowerEffect, PwmChoice, RungNode, SerialTransfer, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
 };
 use ladder_eval::{BusEvent, Evaluator};
 use proptest::prelude::*;
@@ -227,7 +227,10 @@ fn device() -> impl Strategy<Value = Element> {
         2 => look_up,
         3 => curve,
         1 => Just(Element::ReadAdc { name: "Ain".to_owned(), refs: None }),
-        1 => operand().prop_map(|duty| Element::SetPwm { duty, hertz: constant(1000), output: None }),
+        1 => (operand(), select(vec!["Pa", "Pb"])).prop_map(|(duty, name)| {
+            let output = Some(PwmChoice { name: name.to_owned(), resolution: String::new() });
+            Element::SetPwm { duty, hertz: constant(1000), output }
+        }),
         2 => (integer(), transfer(), 0..2u32).prop_map(|(name, rest, wait)| {
             Element::UartSend { name, rest: rest.map(|rest: SerialTransfer| SerialTransfer { wait, ..rest }) }
         }),
@@ -368,7 +371,9 @@ proptest! {
             let on_buses: Vec<(i64, i64, i64)> = eval.bus_events().iter().map(as_numbers).collect();
             prop_assert_eq!(&on_buses, &naive.on_buses, "scan {}", scan + 1);
             prop_assert_eq!(eval.has_received_byte(), naive.received_byte.is_some());
-            prop_assert_eq!(eval.pwm_percent().map(i64::from), naive.duty);
+            for (output, duty) in eval.pwm_outputs().iter().zip(eval.pwm_duties()) {
+                prop_assert_eq!(duty.map(i64::from), naive.duties.get(&output.name).copied());
+            }
             let cells: Vec<u8> = (0..eval.eeprom().len()).map(|a| naive.cells.get(&a).copied().unwrap_or(255)).collect();
             prop_assert_eq!(eval.eeprom(), cells, "scan {}", scan + 1);
             for (i, symbol) in symbols.iter().enumerate() {
@@ -442,7 +447,7 @@ proptest! {
                 let mut out = None;
                 eval.scan_watched(&mut |_, _, after| out = Some(after));
                 let values: Vec<i32> = (0..eval.symbols().len()).filter(|n| *n != but).map(|n| eval.get(n)).collect();
-                (out, values, (eval.sent_bytes().to_vec(), eval.bus_events().to_vec()), eval.pwm_percent(), eval.eeprom().to_vec())
+                (out, values, (eval.sent_bytes().to_vec(), eval.bus_events().to_vec()), eval.pwm_duties().to_vec(), eval.eeprom().to_vec())
             };
             for (symbol, named) in eval.symbols().iter().enumerate() {
                 if named.name == "Xa" || facts.symbols.iter().any(|used| used.is_read && used.name == named.name) {

@@ -67,6 +67,7 @@ pub(crate) fn only_release_23(series: &mut [RungNode]) {
             }
             Element::Coil { ttrigger, .. } => *ttrigger = None,
             Element::UartSend { rest, .. } | Element::UartRecv { rest, .. } => *rest = None,
+            Element::SetPwm { output, .. } => *output = None,
             Element::Odr | Element::Odf | Element::Osl | Element::Osc => *element = Element::Short,
             element if element.facts().needs_ldmicro5 => *element = Element::Short,
             _ => {}

@@ -6,8 +6,8 @@ use crate::common;
 use diag::Pos;
 use ladder::{
     BusOp, BusTransfer, CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram,
-    LdFormat, MathOp, ProgramSettings, Rung, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, SourceStyle, TimerKind,
-    UnaryOp, VarEntry,
+    LdFormat, MathOp, ProgramSettings, PwmChoice, Rung, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, SourceStyle,
+    TimerKind, UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -165,6 +165,7 @@ fn element() -> impl Strategy<Value = Element> {
         boxed((operand(), 1i64..=100_000_000, option::of(("[A-Z][a-z]{0,4}", "[0-9]-[0-9]"))).prop_map(
             |(duty, hertz, output)| {
                 let hertz = LadderOperand::Const { value: hertz, text: hertz.to_string() };
+                let output = output.map(|(name, resolution)| PwmChoice { name, resolution });
                 Element::SetPwm { duty, hertz, output }
             },
         )),

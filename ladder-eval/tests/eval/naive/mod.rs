@@ -42,7 +42,7 @@ pub struct NaiveInterpreter {
     pub answer: i64,
     /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
-    pub duty: Option<i64>,
+    pub duties: HashMap<Option<String>, i64>,
     /// EEPROM cells by address; an absent cell is FFh.
     pub cells: HashMap<usize, u8>,
     remembered: HashMap<(u32, u32), bool>,
@@ -313,9 +313,11 @@ impl NaiveInterpreter {
                 }
                 power
             }
-            Element::SetPwm { duty, .. } => {
+            Element::SetPwm { duty, output, .. } => {
                 if power {
-                    self.duty = Some(self.operand_value(duty).clamp(0, 100));
+                    let name = output.as_ref().map(|choice| choice.name.clone());
+                    let duty = self.operand_value(duty).clamp(0, 100);
+                    self.duties.insert(name, duty);
                 }
                 power
             }
