@@ -69,7 +69,15 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         let role = if lower.jumps.is_some() { BitRole::Memory } else { BitRole::Temporary };
         let master = lower.new_bit("master".to_owned(), role);
         lower.master = Some(master);
-        lower.ir.prologue.push(IrOp::SetBit { bit: master, value: true });
+        // A scan that is held goes on with it.
+        let on = IrOp::SetBit { bit: master, value: true };
+        let held = lower.jumps.as_ref().map_or_else(Vec::new, JumpPlan::held_bits);
+        let on = held.into_iter().fold(on, |on, bit| IrOp::If {
+            cond: BranchCondition::Bit(bit),
+            if_true: Vec::new(),
+            if_false: vec![on],
+        });
+        lower.ir.prologue.push(on);
     }
     lower.set_up_ports();
     lower.set_up_peripherals();
@@ -258,8 +266,10 @@ impl<'a> Lowering<'a> {
             return *bits;
         }
         let suffix = subprogram.map_or(String::new(), |first| format!(" of {}", first + 1));
-        let input = self.new_bit(format!("in{depth}{suffix}"), BitRole::Temporary);
-        let output = self.new_bit(format!("out{depth}{suffix}"), BitRole::Temporary);
+        // A scan that goes on where an earlier one was held needs them.
+        let role = if self.has_held_scans() { BitRole::Memory } else { BitRole::Temporary };
+        let input = self.new_bit(format!("in{depth}{suffix}"), role);
+        let output = self.new_bit(format!("out{depth}{suffix}"), role);
         self.groups.insert((subprogram, depth), (input, output));
         (input, output)
     }

@@ -53,6 +53,7 @@ pub(crate) enum ElementOp {
     Receive  { dest: u32 },
     SendBytes    { src: u32, bytes: u8, transfer: u32 },
     ReceiveBytes { dest: u32, bytes: u8, transfer: u32 },
+    ReceiveAll   { dest: u32, bytes: u8, transfer: u32 },
     Text     { text: u32 },
     Persist  { var: u32, cell: u32, memory: u32 },
     Transfer { op: BusOp, send: ValueSource, device: u8, register: ValueSource, recv: Option<u32> },

@@ -105,6 +105,8 @@ pub(crate) struct ScanState {
     seeds: Vec<u32>,
     /// True once LOCK has stopped the program.
     is_locked: bool,
+    /// Where the scan goes on that an UART_RECV holds until its bytes have come.
+    held: Option<ScanPosition>,
     /// The parallel groups, by nesting depth.
     groups: Vec<ParallelGroup>,
     /// The master relay; every scan starts with it on.
@@ -120,6 +122,7 @@ impl ScanState {
             parts: PeripheralState::power_up(code),
             seeds: vec![1; code.seeds as usize],
             is_locked: false,
+            held: None,
             pulsers: vec![PulserState::default(); code.pulsers.len()],
             npulses: vec![NpulseState::default(); code.npulses.len()],
             encoders: vec![EncoderState::default(); code.encoders.len()],
@@ -136,10 +139,11 @@ impl ScanState {
     /// it.
     pub(crate) fn scan(&mut self, code: &FlatProgram, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
-        self.master = true;
+        let held = self.held.take();
+        self.master |= held.is_none();
         code.ports.iter().for_each(|port| port.sample(&mut self.values));
         let mut rung = true;
-        let mut position = ScanPosition::default();
+        let mut position = held.unwrap_or_default();
         if self.is_locked {
             position.next = code.steps.len();
         }
@@ -165,6 +169,19 @@ impl ScanState {
                     watch(id, rung, followed.after, &self.values);
                     rung = followed.next;
                 }
+                FlatStep::Do(id, ElementOp::ReceiveAll { dest, bytes, transfer }) => {
+                    let before = rung;
+                    let number =
+                        if before { self.parts.receive_all(ByteSequence { at: transfer, bytes }) } else { None };
+                    rung = number.is_some();
+                    number.into_iter().for_each(|number| self.store(code, dest, number));
+                    self.share_outputs(code);
+                    watch(id, before, rung, &self.values);
+                    if self.parts.has_begun(transfer) {
+                        self.held = Some(position.held_at(position.next - 1));
+                        break;
+                    }
+                }
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
@@ -180,7 +197,7 @@ impl ScanState {
     fn execute_element(&mut self, code: &FlatProgram, op: ElementOp, rung: bool) -> bool {
         match op {
             // The order of execution is not the state's.
-            ElementOp::Flow(_) | ElementOp::Short => rung,
+            ElementOp::Flow(_) | ElementOp::ReceiveAll { .. } | ElementOp::Short => rung,
             ElementOp::Open => false,
             ElementOp::Contact { bit, negated } => rung & ((self.read_symbol(bit) != 0) != negated),
             ElementOp::Coil { bit, negated } => {

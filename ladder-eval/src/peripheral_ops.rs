@@ -67,7 +67,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::UartSend { name, rest } => {
             let src = builder.integer_index(name)?;
-            let bytes = check_transfer(builder, src, rest.unwrap_or_default(), true)?;
+            let bytes = check_transfer(builder, src, rest.unwrap_or_default())?;
             match bytes {
                 _ if rest.is_some_and(|rest| rest.wait != 0) => ElementOp::SendWait { src, bytes },
                 1 => ElementOp::Send { src },
@@ -76,8 +76,11 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::UartRecv { name, rest } => {
             let dest = builder.integer_index(name)?;
-            match check_transfer(builder, dest, rest.unwrap_or_default(), false)? {
+            match check_transfer(builder, dest, rest.unwrap_or_default())? {
                 1 => ElementOp::Receive { dest },
+                bytes if rest.is_some_and(|rest| rest.holds_scan()) => {
+                    ElementOp::ReceiveAll { dest, bytes, transfer: new_transfer(builder) }
+                }
                 bytes => ElementOp::ReceiveBytes { dest, bytes, transfer: new_transfer(builder) },
             }
         }
@@ -214,17 +217,16 @@ fn new_transfer(builder: &mut FlatBuilder<'_>) -> u32 {
     builder.code.transfers - 1
 }
 
-/// The number of bytes that an element of the serial line transfers; fails if it waits for other bytes, or
+/// The number of bytes that an element of the serial line transfers; fails if it waits in release 2.3, or
 /// has too many for its symbol.
 fn check_transfer(
     builder: &mut FlatBuilder<'_>,
     symbol: u32,
     SerialTransfer { bytes, wait }: SerialTransfer,
-    sends: bool,
 ) -> Result<u8, UnsupportedReason> {
     check_serial(builder)?;
     let five = builder.program.dialect == LadderDialect::Ldmicro5;
-    let waits = wait != 0 && (bytes > 1 && !sends || !five);
+    let waits = wait != 0 && !five;
     let most = if five { builder.integer_bytes(symbol) } else { 1 };
     match u8::try_from(bytes) {
         Ok(bytes) if !waits && (1..=most).contains(&bytes) => Ok(bytes),

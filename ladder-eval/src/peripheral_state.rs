@@ -220,6 +220,21 @@ impl PeripheralState {
         Some(number << spare >> spare)
     }
 
+    /// Takes a byte for an UART_RECV that holds the scan: the number that its bytes make, without sign, once all
+    /// have come.
+    pub(crate) fn receive_all(&mut self, bytes: ByteSequence) -> Option<i64> {
+        let byte = self.take_received();
+        let come = &mut self.transfers[bytes.at as usize];
+        come.extend(byte);
+        let whole = come.len() >= usize::from(bytes.bytes);
+        whole.then(|| come.drain(..).rev().fold(0, |number, byte| number << 8 | i64::from(byte)))
+    }
+
+    /// True if some, but not all, bytes of an UART_RECV have come.
+    pub(crate) fn has_begun(&self, at: u32) -> bool {
+        !self.transfers[at as usize].is_empty()
+    }
+
     /// Executes a transfer on a bus, and returns the byte that its device answers.
     pub(crate) fn transfer(&mut self, op: BusOp, at: BusAddress, byte: u8) -> u8 {
         let BusAddress { device, register } = at;

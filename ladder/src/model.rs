@@ -108,6 +108,15 @@ pub struct SerialTransfer {
     pub wait: u32,
 }
 
+impl SerialTransfer {
+    /// True for an UART_RECV that stops the program until all of its bytes have come. LDmicro 5 ignores the flag
+    /// for a single byte.
+    #[must_use]
+    pub fn holds_scan(&self) -> bool {
+        self.bytes > 1 && self.wait != 0
+    }
+}
+
 impl Default for SerialTransfer {
     fn default() -> SerialTransfer {
         SerialTransfer { bytes: 1, wait: 0 }

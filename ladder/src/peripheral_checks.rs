@@ -197,7 +197,7 @@ fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&
 
 /// Checks how many bytes UART_SEND or UART_RECV transfers, and whether it waits.
 fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, transfer: SerialTransfer) {
-    let SerialTransfer { bytes, wait } = transfer;
+    let bytes = transfer.bytes;
     if checker.program.dialect == LadderDialect::Ldmicro23 {
         if transfer != SerialTransfer::default() {
             check_default_argument(checker, at, "another choice than one byte without waiting", "");
@@ -209,15 +209,6 @@ fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str,
         let cause = format!("{bytes} bytes are transferred, but {name} has {width}");
         let hint = format!("write 1 to {width} bytes, or, up to 4, `{} bytes {name}` in VAR LIST", bytes.min(4));
         return checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
-    }
-    // LDmicro 5 ignores the flag for a single received byte.
-    if wait != 0 && bytes > 1 && matches!(at.element, Element::UartRecv { .. }) {
-        let cause = "the flag `wait` stops the scan until the bytes have come, which may be never, and a scan has a fixed time here";
-        let hint = format!(
-            "write 0 in its place: `{} {name} {bytes} 0` goes on from scan to scan",
-            at.element.facts().keyword
-        );
-        checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
     }
 }
 

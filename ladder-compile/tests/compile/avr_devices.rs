@@ -59,7 +59,7 @@ fn the_pwm_pin_has_its_duty() {
             };
             assert_eq!((found.num / found.den, *found_steps), (period, steps), "{name}");
             let mut cpu = machine(target.chip, &built, bench.clock_hz);
-            let pin = target.chip.pin(target.pwm.expect("a PWM pin")).expect("a pin");
+            let pin = target.chip.pin(target.pwm[0].pin).expect("a pin");
             let at = |mark| built.marks.iter().find(|(m, _)| *m == mark).expect("a mark").1;
             run_to(&mut cpu, at(CodeMark::PollLoop));
             assert_eq!(cpu.pin_level(pin), PinLevel::Low, "{name} before the first duty");

@@ -232,7 +232,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (Element::ReadAdc { name: "Ain".to_owned(), refs: Some(4) },                "reference selection is 4"),
         (Element::UartRecv { name: name(), rest: transfer(1, 1) },                    ""),
         (Element::UartRecv { name: name(), rest: transfer(2, 0) },                    ""),
-        (Element::UartRecv { name: name(), rest: transfer(2, 1) },                    "wanted 1 to 2 without waiting"),
+        (Element::UartRecv { name: name(), rest: transfer(2, 1) },                    ""),
         (npulse(constant(50)),                                                      ""),
         (npulse(constant(51)),                                                      "at least one scan of 10000 us"),
         (npulse(constant(0)),                                                       "at least one scan"),

@@ -234,7 +234,10 @@ fn device() -> impl Strategy<Value = Element> {
         2 => (integer(), transfer(), 0..2u32).prop_map(|(name, rest, wait)| {
             Element::UartSend { name, rest: rest.map(|rest: SerialTransfer| SerialTransfer { wait, ..rest }) }
         }),
-        3 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartRecv { name, rest }),
+        3 => (integer(), transfer(), 0..3u32).prop_map(|(name, rest, wait)| {
+            let rest = rest.map(|rest: SerialTransfer| SerialTransfer { wait: u32::from(wait == 0), ..rest });
+            Element::UartRecv { name, rest }
+        }),
         3 => text,
         2 => integer().prop_map(|name| Element::Persist { name }),
         1 => select(vec![Element::UartRecvAvail, Element::UartSendReady]),
@@ -365,7 +368,7 @@ proptest! {
             unwatched.scan();
             let mut seen = Vec::new();
             eval.scan_watched(&mut |element, before, after| seen.push((element, before, after)));
-            prop_assert_eq!(seen, naive.scan(&program), "scan {}", scan + 1);
+            prop_assert_eq!(seen, naive.scan(&program), "scan {}\n{}", scan + 1, ladder::write(&program));
             prop_assert_eq!(eval.scans(), scan as u64 + 1);
             prop_assert_eq!(eval.sent_bytes(), &naive.sent[..], "scan {}", scan + 1);
             let on_buses: Vec<(i64, i64, i64)> = eval.bus_events().iter().map(as_numbers).collect();

@@ -200,7 +200,16 @@ impl LadderGenerator<'_> {
                 2 => format!("SEED_RANDOM {a} {}", self.operand()),
                 _ => format!("RANDOM {a}"),
             },
-            14 => self.pick(&["UART_RECV_AVAIL", "UART_SEND_READY", "NPULSE_OFF"]).to_owned(),
+            14 => self
+                .pick(&[
+                    "UART_RECV_AVAIL",
+                    "UART_SEND_READY",
+                    "NPULSE_OFF",
+                    "UART_RECV m 2 1",
+                    "UART_RECV n 2 1",
+                    "UART_RECV n 2 0",
+                ])
+                .to_owned(),
             _ => match few {
                 0 | 1 => format!("PULSER {other} {third} {few} {} {coil}", self.operand()),
                 2 => format!("NPULSE {other} 10 {coil}"),

@@ -12,19 +12,27 @@ mod ports;
 mod pulses;
 mod values;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use bits::{bitwise, divide, wrap_to_bits};
 use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
-    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    CompareOp, CounterKind, Element, ElementId, FlowOp, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
     RungNode, SerialTransfer, TimerKind,
 };
 use narrow::NarrowOperand;
 
 /// Observation at one element: the rung bit before and after it.
 pub type ElementObservation = (ElementId, bool, bool);
+
+/// What a scan did at an element, or at the start of a rung.
+#[derive(Debug, Clone, Copy)]
+struct LoggedStep {
+    before: bool,
+    after: bool,
+    departure: Option<flow::Departure>,
+}
 
 /// State by name; an absent entry is 0.
 #[derive(Default)]
@@ -55,6 +63,14 @@ pub struct NaiveInterpreter {
     jumps_back: u32,
     /// Set by LOCK.
     locked: bool,
+    /// What this scan has done so far.
+    log: Vec<LoggedStep>,
+    /// What a scan that UART_RECV holds did before: it is gone through again, without effect.
+    replay: VecDeque<LoggedStep>,
+    /// Set by an UART_RECV that holds the scan.
+    held: bool,
+    /// Set while the scan that it holds ends.
+    ends: bool,
     /// State of each RANDOM, by its destination.
     sequences: HashMap<String, i64>,
     seen: Vec<ElementObservation>,
@@ -123,13 +139,18 @@ impl NaiveInterpreter {
 
     /// Runs one scan and returns the observations at all elements.
     pub fn scan(&mut self, program: &LadderProgram) -> Vec<ElementObservation> {
-        self.master_relay = true;
         self.seen.clear();
+        self.ends = false;
         self.now += 1;
         self.sent.clear();
         self.on_buses.clear();
         self.sample_pins();
         self.jumps_back = 0;
+        self.replay = std::mem::take(&mut self.log).into();
+        if !self.held {
+            self.replay.clear();
+            self.master_relay = true;
+        }
         if !self.locked {
             self.rungs_from(0, program);
         }
@@ -141,11 +162,7 @@ impl NaiveInterpreter {
             power = match node {
                 RungNode::Leaf(element, _) => {
                     let (rung, index) = self.current_element;
-                    let at = self.seen.len();
-                    let after = self.leaf(element, power, program);
-                    if !matches!(element, Element::Comment(_)) {
-                        self.seen.insert(at, (ElementId { rung, index }, power, after));
-                    }
+                    let after = self.logged_leaf(element, power, program);
                     self.current_element = (rung, index + 1);
                     after
                 }
@@ -162,6 +179,35 @@ impl NaiveInterpreter {
             }
         }
         power
+    }
+
+    /// Executes an element, or goes over it where the held scan has executed it before.
+    fn logged_leaf(&mut self, element: &Element, power: bool, program: &LadderProgram) -> bool {
+        let (rung, index) = self.current_element;
+        if let Some(step) = self.replay.pop_front() {
+            self.log.push(step);
+            if let Element::Flow { op: FlowOp::Gosub, label } = element {
+                return self.flow(FlowOp::Gosub, label, step.before, program);
+            }
+            self.departure = step.departure;
+            return step.after;
+        }
+        let (at, logged) = (self.seen.len(), self.log.len());
+        // The held scan goes on at this element, with power.
+        let before = power || self.held;
+        if self.held {
+            self.jumps_back = 0;
+        }
+        self.log.push(LoggedStep { before, after: false, departure: None });
+        let after = self.leaf(element, before, program);
+        match element {
+            Element::UartRecv { .. } if self.held => self.log.truncate(logged),
+            _ => self.log[logged] = LoggedStep { before, after, departure: self.departure },
+        }
+        if !matches!(element, Element::Comment(_)) {
+            self.seen.insert(at, (ElementId { rung, index }, before, after));
+        }
+        after
     }
 
     fn leaf(&mut self, element: &Element, power: bool, program: &LadderProgram) -> bool {
@@ -339,6 +385,23 @@ impl NaiveInterpreter {
                     }
                 }
                 self.now < self.line_free
+            }
+            Element::UartRecv { name, rest: Some(SerialTransfer { bytes: bytes @ 2.., wait: 1 }) } => {
+                if !power {
+                    return false;
+                }
+                let come = self.transfers.entry(self.current_element).or_default();
+                come.extend(self.received_byte.take());
+                let (begun, all) = (!come.is_empty(), come.len() == *bytes as usize);
+                self.held = begun && !all;
+                if all {
+                    let number = (0..).zip(come.drain(..)).map(|(n, byte)| i64::from(byte) << (8 * n)).sum();
+                    self.store(name, number);
+                } else if begun {
+                    self.ends = true;
+                    self.departure = Some(Departure::To(program.rungs.len()));
+                }
+                all
             }
             Element::UartRecv { name, rest: Some(SerialTransfer { bytes: bytes @ 2.., .. }) } => {
                 let Some(byte) = self.received_byte.filter(|_| power) else { return false };
