@@ -208,7 +208,7 @@ fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str,
     if bytes > width {
         let cause = format!("{bytes} bytes are transferred, but {name} has {width}");
         let hint = format!("write 1 to {width} bytes, or, up to 4, `{} bytes {name}` in VAR LIST", bytes.min(4));
-        return checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
+        checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
     }
 }
 
