@@ -11,6 +11,7 @@ mod more_elements;
 mod peripherals;
 mod ports;
 mod pulses;
+mod pwm;
 mod three_address;
 mod timing;
 mod word_elements;

@@ -243,7 +243,8 @@ pub fn assign_pins(
     PinPlan { pins: pins.collect(), pwm_pins }
 }
 
-/// The pins of the PWM outputs: those that the program wants, and for the others the first that nothing wants.
+/// The pins of the PWM outputs: those that the program wants, and for the others the first that nothing
+/// wants.
 fn assign_pwm_pins(
     outputs: &[PwmOutput],
     target: &'static CompileTarget,

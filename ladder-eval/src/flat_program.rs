@@ -483,32 +483,6 @@ impl ScanState {
         self.values[symbol as usize] = truncate(exact, code.cut_bits[symbol as usize]);
     }
 
-    /// Copies every stage to the next one; the value of the last stage is lost and stage 0 keeps its own.
-    fn shift_stages(&mut self, code: &FlatProgram, stages: &[u32]) {
-        for pair in stages.windows(2).rev() {
-            self.store(code, pair[1], self.read_symbol(pair[0]).into());
-        }
-    }
-
-    /// Counts one scan of a timer if its preset is not reached; returns whether it has counted.
-    fn count_scan(&mut self, code: &FlatProgram, var: u32, preset: ValueSource) -> bool {
-        let n = self.read_symbol(var);
-        let runs = n < self.read_value(preset);
-        if runs {
-            self.store(code, var, i64::from(n) + 1);
-        }
-        runs
-    }
-
-    /// A retentive timer, which counts the scans in which `counts` holds: whether it has expired.
-    fn count_scans_of(&mut self, code: &FlatProgram, var: u32, preset: ValueSource, counts: bool) -> bool {
-        let runs = self.read_symbol(var) < self.read_value(preset);
-        if runs & counts {
-            self.count_scan(code, var, preset);
-        }
-        !runs
-    }
-
     /// Stores a memory bit and gives what it held.
     pub(crate) fn replace_memory(&mut self, memory: u32, now: bool) -> bool {
         std::mem::replace(&mut self.memories[memory as usize], now)

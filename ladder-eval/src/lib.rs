@@ -25,6 +25,7 @@
 
 mod arithmetic;
 mod bit_ops;
+mod counting_steps;
 mod element_op;
 mod flat_program;
 mod flatten;

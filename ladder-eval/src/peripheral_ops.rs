@@ -179,8 +179,8 @@ fn check_curve(
     Ok(PiecewiseCurve { points, cut: if narrow { 16 } else { 0 } })
 }
 
-/// Index of the output of a SET_PWM. All SET_PWM of an output have one frequency, and all of a program name an
-/// output or none does.
+/// Index of the output of a SET_PWM. All SET_PWM of an output have one frequency, and all of a program name
+/// an output or none does.
 fn pwm_output(
     builder: &mut FlatBuilder<'_>,
     hertz: &LadderOperand,

@@ -220,8 +220,8 @@ impl PeripheralState {
         Some(number << spare >> spare)
     }
 
-    /// Takes a byte for an UART_RECV that holds the scan: the number that its bytes make, without sign, once all
-    /// have come.
+    /// Takes a byte for an UART_RECV that holds the scan: the number that its bytes make, without sign, once
+    /// all have come.
     pub(crate) fn receive_all(&mut self, bytes: ByteSequence) -> Option<i64> {
         let byte = self.take_received();
         let come = &mut self.transfers[bytes.at as usize];

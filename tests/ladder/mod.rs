@@ -23,9 +23,9 @@
 //! ```text
 //! level(Ain)   set: what the converter reads at Ain        sent     expected: the byte that the scan sent
 //! received     set: a byte that has arrived                duty     expected: the PWM duty, in percent
-//! cell(0)      set and expected: a cell of the EEPROM    duty(1)  expected: the duty of the second PWM output
+//! cell(0)      set and expected: a cell of the EEPROM    duty(1)  expected: that of the second output
 //! answer       set: the byte that devices on the buses answer from this scan on
-//! bus(byte), bus(register), bus(device)   expected: of the last transfer on a bus; a read has no byte, SPI only one
+//! bus(byte), bus(register), bus(device)   expected: of the last transfer on a bus; a read has no byte
 //! ```
 
 mod text;

@@ -1,5 +1,5 @@
-//! A probe at the pins of a foreign image: the serial line, the PWM output, the buses, and all outputs before the first
-//! scan.
+//! A probe at the pins of a foreign image: the serial line, the PWM outputs, the buses, and all outputs
+//! before the first scan.
 
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};

@@ -208,10 +208,10 @@ mod tests {
     const LEFT_OUT: &[(&str, &str)] = &[
         ("PLACEHOLDER", "no chip compiles it"),
         ("DELAY",       "has no effect that the checker sees"),
-        ("STRING",      "has no effect that the checker sees"),
         ("SLEEP",       "has no effect that the checker sees"),
         ("CLRWDT",      "has no effect that the checker sees"),
         ("LOCK",        "ends all scans, so that nothing else of the program would be checked"),
+        ("STRING",      "has no effect that the checker sees"),
     ];
 
     #[test]

@@ -45,7 +45,8 @@ impl AvrPwmSetup {
 
     /// Value of the compare register for a duty cycle of 0 to 100 percent.
     ///
-    /// `None` if the pin must be low but the compare register cannot express it: fast PWM is high for at least one tick.
+    /// `None` if the pin must be low but the compare register cannot express it: fast PWM is high for at
+    /// least one tick.
     fn compare(&self, percent: i32) -> Option<i32> {
         match (self.phase, percent) {
             (false, 0) => None,

@@ -2,7 +2,8 @@
 
 use ladder::{Element, FlowOp, LadderProgram, RungNode};
 
-use super::{LoggedStep, NaiveInterpreter};
+use super::NaiveInterpreter;
+use super::serial::LoggedStep;
 
 /// How an element leaves its rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,6 +10,7 @@ mod narrow;
 mod parts;
 mod ports;
 mod pulses;
+mod serial;
 mod values;
 
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -22,17 +23,10 @@ use ladder::{
     RungNode, SerialTransfer, TimerKind,
 };
 use narrow::NarrowOperand;
+use serial::LoggedStep;
 
 /// Observation at one element: the rung bit before and after it.
 pub type ElementObservation = (ElementId, bool, bool);
-
-/// What a scan did at an element, or at the start of a rung.
-#[derive(Debug, Clone, Copy)]
-struct LoggedStep {
-    before: bool,
-    after: bool,
-    departure: Option<flow::Departure>,
-}
 
 /// State by name; an absent entry is 0.
 #[derive(Default)]
@@ -179,35 +173,6 @@ impl NaiveInterpreter {
             }
         }
         power
-    }
-
-    /// Executes an element, or goes over it where the held scan has executed it before.
-    fn logged_leaf(&mut self, element: &Element, power: bool, program: &LadderProgram) -> bool {
-        let (rung, index) = self.current_element;
-        if let Some(step) = self.replay.pop_front() {
-            self.log.push(step);
-            if let Element::Flow { op: FlowOp::Gosub, label } = element {
-                return self.flow(FlowOp::Gosub, label, step.before, program);
-            }
-            self.departure = step.departure;
-            return step.after;
-        }
-        let (at, logged) = (self.seen.len(), self.log.len());
-        // The held scan goes on at this element, with power.
-        let before = power || self.held;
-        if self.held {
-            self.jumps_back = 0;
-        }
-        self.log.push(LoggedStep { before, after: false, departure: None });
-        let after = self.leaf(element, before, program);
-        match element {
-            Element::UartRecv { .. } if self.held => self.log.truncate(logged),
-            _ => self.log[logged] = LoggedStep { before, after, departure: self.departure },
-        }
-        if !matches!(element, Element::Comment(_)) {
-            self.seen.insert(at, (ElementId { rung, index }, before, after));
-        }
-        after
     }
 
     fn leaf(&mut self, element: &Element, power: bool, program: &LadderProgram) -> bool {
@@ -367,70 +332,9 @@ impl NaiveInterpreter {
                 }
                 power
             }
-            Element::UartSend { name, rest: Some(SerialTransfer { bytes, wait: 1 }) } => {
-                self.send_at_once(name, *bytes, (power, program))
+            Element::UartSend { .. } | Element::UartRecv { .. } | Element::UartRecvAvail | Element::UartSendReady => {
+                self.serial(element, power, program)
             }
-            Element::UartSend { name, rest: Some(SerialTransfer { bytes: bytes @ 2.., .. }) } => {
-                if power {
-                    self.transfers.entry(self.current_element).or_default();
-                }
-                if self.now >= self.line_free
-                    && let Some(mut sent) = self.transfers.remove(&self.current_element)
-                {
-                    let byte = self.integer(name).div_euclid(1 << (8 * sent.len())).rem_euclid(256) as u8;
-                    self.transmit(byte, program);
-                    sent.push(byte);
-                    if sent.len() < *bytes as usize {
-                        self.transfers.insert(self.current_element, sent);
-                    }
-                }
-                self.now < self.line_free
-            }
-            Element::UartRecv { name, rest: Some(SerialTransfer { bytes: bytes @ 2.., wait: 1 }) } => {
-                if !power {
-                    return false;
-                }
-                let come = self.transfers.entry(self.current_element).or_default();
-                come.extend(self.received_byte.take());
-                let (begun, all) = (!come.is_empty(), come.len() == *bytes as usize);
-                self.held = begun && !all;
-                if all {
-                    let number = (0..).zip(come.drain(..)).map(|(n, byte)| i64::from(byte) << (8 * n)).sum();
-                    self.store(name, number);
-                } else if begun {
-                    self.ends = true;
-                    self.departure = Some(Departure::To(program.rungs.len()));
-                }
-                all
-            }
-            Element::UartRecv { name, rest: Some(SerialTransfer { bytes: bytes @ 2.., .. }) } => {
-                let Some(byte) = self.received_byte.filter(|_| power) else { return false };
-                self.received_byte = None;
-                let come = self.transfers.entry(self.current_element).or_default();
-                come.push(byte);
-                let all = come.len() == *bytes as usize;
-                if all {
-                    let number = (0..).zip(come.drain(..)).map(|(n, byte)| i64::from(byte) << (8 * n)).sum();
-                    self.store(name, wrap_to_bits(number, 8 * bytes));
-                }
-                all
-            }
-            Element::UartSend { name, .. } => {
-                if power && self.now >= self.line_free {
-                    self.transmit(self.integer(name).rem_euclid(256) as u8, program);
-                }
-                self.now < self.line_free
-            }
-            Element::UartRecv { name, .. } => match (power, self.received_byte) {
-                (true, Some(byte)) => {
-                    self.received_byte = None;
-                    self.store(name, byte.into());
-                    true
-                }
-                _ => false,
-            },
-            Element::UartRecvAvail => power && self.received_byte.is_some(),
-            Element::UartSendReady => power && self.now >= self.line_free,
             Element::Pulser { high, low, accel, count, coil } => self.pulser([high, low, accel, count], coil, power),
             Element::Npulse { count, hertz, coil } => self.npulse(count, hertz, coil, (power, program)),
             Element::NpulseOff => {
