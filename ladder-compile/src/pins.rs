@@ -268,7 +268,8 @@ fn assign_pwm_pins(
                         target.chip.name,
                         pins.join(", ")
                     );
-                    push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {}", pins.join(" or ")));
+                    let why = if target.chip.family == ChipFamily::Avr { "; timer 1 paces the scans" } else { "" };
+                    push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {}{why}", pins.join(" or ")));
                 }
                 found
             }
