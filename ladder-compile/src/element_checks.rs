@@ -29,7 +29,7 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
             let chip = target.chip.name;
             if let Some(part) = facts.part.filter(|part| !has_part(target, *part)) {
                 let cause = format!("{}: {chip} has no {}", facts.keyword, part.text());
-                error(codes::LACKS, cause, "take a chip that has one, such as atmega328p or pic16f877");
+                error(codes::LACKS, cause, hint_without(part));
             } else if needed > u32::from(target.eeprom) {
                 let cause = format!("PERSIST needs cells up to {needed} of the EEPROM, {chip} has {}", target.eeprom);
                 error(codes::LACKS, cause, "keep fewer variables");
@@ -95,7 +95,7 @@ fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
     match part {
         ChipPart::Transmitter | ChipPart::Receiver => target.uart.is_some(),
         ChipPart::Converter => !target.adc.is_empty(),
-        ChipPart::Pwm => target.pwm.is_some(),
+        ChipPart::Pwm => !target.pwm.is_empty(),
         ChipPart::Eeprom => target.eeprom > 0,
         ChipPart::I2c => target.i2c.is_some(),
         ChipPart::Spi => target.spi.is_some(),
@@ -141,5 +141,26 @@ fn can_count(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&Lad
     match delay {
         LadderOperand::Var(_) => program.dialect == LadderDialect::Ldmicro5,
         LadderOperand::Const { .. } => lower::timer_scans(program, delay, adjust).is_some(),
+    }
+}
+
+/// What to do where a chip lacks a part.
+fn hint_without(part: ChipPart) -> &'static str {
+    match part {
+        ChipPart::Converter => {
+            "choose an AVR or a PIC16 with a converter, such as atmega328p or pic16f877, or read a comparator at an input X.."
+        }
+        ChipPart::Pwm => {
+            "choose an AVR or a PIC16 with a PWM output, such as atmega328p or pic16f877, or make slow pulses at an output Y.. with TON and TOF"
+        }
+        ChipPart::Transmitter | ChipPart::Receiver => {
+            "choose a chip with a serial line, such as at89s52, atmega328p or pic16f877, or pass single bits by X.. and Y.."
+        }
+        ChipPart::Eeprom => {
+            "choose an AVR or a PIC16, such as atmega328p or pic16f877, or take PERSIST out: the value is then 0 at power-up"
+        }
+        ChipPart::I2c | ChipPart::Spi => {
+            "choose a chip with I2C and SPI, such as atmega328p or pic16f877, or take the element out and pass single bits by X.. and Y.."
+        }
     }
 }

@@ -281,6 +281,8 @@ pub enum IrOp {
     },
     /// Sets the duty cycle of the PWM output, clamped to 0 to 100 percent; acc is preserved.
     SetPwm {
+        /// Number of the output.
+        output: u32,
         /// Duty cycle in percent.
         duty: WordOperand,
     },
@@ -390,6 +392,25 @@ pub struct PortCells {
     pub direction: Option<WordId>,
 }
 
+/// A PWM output.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IrPwm {
+    /// Its name, if the program gives one.
+    pub name: Option<String>,
+    /// Frequency in Hz.
+    pub hertz: u32,
+    /// The first element that sets it.
+    pub element: ElementId,
+}
+
+impl IrPwm {
+    /// The name for messages.
+    #[must_use]
+    pub fn label(&self) -> String {
+        self.name.as_ref().map_or_else(|| "the PWM output".to_owned(), |name| format!("`{name}`"))
+    }
+}
+
 /// Intermediate code of a scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Ir {
@@ -403,8 +424,8 @@ pub struct Ir {
     pub adcs: Vec<String>,
     /// Reference selection of each analog input, as its elements have it: 0 is the supply.
     pub adc_references: Vec<u8>,
-    /// Frequency of the PWM output in Hz, if the program uses it.
-    pub pwm_hz: Option<u32>,
+    /// The PWM outputs that the program uses, in the order of their numbers.
+    pub pwms: Vec<IrPwm>,
     /// Use of the serial line.
     pub uart: UartUse,
     /// Use of the buses.

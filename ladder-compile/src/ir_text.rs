@@ -68,7 +68,8 @@ impl Ir {
                 let name = self.adcs.get(*input as usize).map_or("?", String::as_str);
                 format!("{} := adc {name}", self.word(*dst))
             }
-            IrOp::SetPwm { duty } => format!("pwm {}", self.value(*duty)),
+            IrOp::SetPwm { output: 0, duty } => format!("pwm {}", self.value(*duty)),
+            IrOp::SetPwm { output, duty } => format!("pwm{output} {}", self.value(*duty)),
             IrOp::Send { value } => format!("send {}", self.value(*value)),
             IrOp::WaitSent => "wait until sent".to_owned(),
             IrOp::Receive { dst } => format!("receive {}", self.word(*dst)),

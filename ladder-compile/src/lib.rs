@@ -55,8 +55,8 @@ use emu_core::chip::Chip;
 use ladder::{LadderDialect, LadderProgram};
 
 use ir::Ir;
-use pins::AssignedPin;
-use target::{BuiltImage, CompileJob, CompileTarget};
+use pins::{AssignedPin, PinPlan};
+use target::{BuiltImage, CompileJob, CompileTarget, PwmPin};
 
 pub use assembly::assembly;
 pub use codegen_error::CodegenError;
@@ -164,6 +164,7 @@ pub fn clock_hz(program: &LadderProgram, chip: &Chip, asked: Option<u64>) -> u64
 pub(crate) struct PreparedCompile {
     pub target: &'static CompileTarget,
     pub pins: Vec<AssignedPin>,
+    pub pwm_pins: Vec<PwmPin>,
     pub clock_hz: u64,
     pub ir: Ir,
     pub notes: Vec<Diagnostic>,
@@ -176,6 +177,7 @@ impl PreparedCompile {
             ir: &self.ir,
             target: self.target,
             pins: &self.pins,
+            pwm_pins: &self.pwm_pins,
             clock_hz: self.clock_hz,
             cycle_us: program.settings.cycle_us,
             baud: program.settings.baud,
@@ -202,7 +204,7 @@ pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Resu
         diagnostics.push(error(codes::UNKNOWN_CHIP, cause, &format!("known are {}", known.join(", "))));
         return Err(diagnostics);
     };
-    let pins = pins::assign_pins(program, &options.pins, target, &mut diagnostics);
+    let PinPlan { pins, pwm_pins } = pins::assign_pins(program, &options.pins, target, &mut diagnostics);
     let clock_hz = clock_hz(program, target.chip, options.clock_hz);
     if clock_hz == 0 || clock_hz > target.chip.max_hz {
         let cause = format!("the clock is {clock_hz} Hz, {} runs at 1 to {} Hz", target.chip.name, target.chip.max_hz);
@@ -217,7 +219,7 @@ pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Resu
     }
 
     let ir = lower_for_target(program, target, options.optimise);
-    Ok(PreparedCompile { target, pins, clock_hz, ir, notes: diagnostics })
+    Ok(PreparedCompile { target, pins, pwm_pins, clock_hz, ir, notes: diagnostics })
 }
 
 /// Checks the timing of a finished image and produces HEX, listing and map.

@@ -16,6 +16,7 @@ mod more_elements;
 mod peripherals;
 mod ports;
 mod pulses;
+mod pwm;
 mod three_address;
 mod timing;
 mod word_elements;
@@ -80,7 +81,15 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         let role = if lower.jumps.is_some() { BitRole::Memory } else { BitRole::Temporary };
         let master = lower.new_bit("master".to_owned(), role);
         lower.master = Some(master);
-        lower.ir.prologue.push(IrOp::SetBit { bit: master, value: true });
+        // A scan that is held goes on with it.
+        let on = IrOp::SetBit { bit: master, value: true };
+        let held = lower.jumps.as_ref().map_or_else(Vec::new, JumpPlan::held_bits);
+        let on = held.into_iter().fold(on, |on, bit| IrOp::If {
+            cond: BranchCondition::Bit(bit),
+            if_true: Vec::new(),
+            if_false: vec![on],
+        });
+        lower.ir.prologue.push(on);
     }
     lower.set_up_ports();
     lower.set_up_peripherals();
@@ -123,8 +132,8 @@ struct Lowering<'a> {
     jumps: Option<JumpPlan<'a>>,
     /// The master relay, if the program uses it.
     master: Option<BitId>,
-    /// If several elements set the duty cycle: the last value of this scan, and whether one was set.
-    duty: Option<(WordId, BitId)>,
+    /// For each PWM output, if several elements set it: the last value of this scan, and whether one was set.
+    duties: Vec<Option<(WordId, BitId)>>,
     /// Zero in the first scan, one afterwards; for TOF timers that cannot be preset before the rungs.
     after_first_scan: Option<BitId>,
     /// TOF elements that are preset before the rungs.
@@ -168,7 +177,7 @@ impl<'a> Lowering<'a> {
             jumps: None,
             seeds: HashMap::new(),
             master: None,
-            duty: None,
+            duties: Vec::new(),
             after_first_scan: None,
             preset_timers: Vec::new(),
             trains: HashMap::new(),
@@ -361,7 +370,7 @@ impl<'a> Lowering<'a> {
             Element::Random { dest } => self.random(dest),
             Element::SeedRandom { dest, src } => self.seed_random(dest, src),
             // They only pass time, or act on a part that is off.
-            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => {}
+            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog | Element::Text { .. } => {}
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
                 let ops = self.and_comparison(*op, a, b);
@@ -371,9 +380,9 @@ impl<'a> Lowering<'a> {
             Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
             Element::ReadAdc { name, refs } => self.read_adc(name, refs.unwrap_or(0) as u8),
-            Element::SetPwm { duty, .. } => self.set_pwm(duty),
-            Element::UartSend { name, rest } => self.send(name, rest.unwrap_or((1, 0))),
-            Element::UartRecv { name, rest } => self.receive(name, rest.map_or(1, |(bytes, _)| bytes)),
+            Element::SetPwm { duty, output, .. } => self.set_pwm(duty, output.as_ref()),
+            Element::UartSend { name, rest } => self.send(name, rest.unwrap_or_default()),
+            Element::UartRecv { name, rest } => self.receive(name, rest.unwrap_or_default()),
             Element::UartRecvAvail => self.test_received(),
             Element::UartSendReady => self.test_transmitter(),
             Element::NpulseOff => self.stop_pulses(),

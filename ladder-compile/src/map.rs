@@ -133,10 +133,13 @@ pub enum SpecialPin {
         /// Machine cycles per bit.
         bit: Ratio,
     },
-    /// Pin of the PWM output.
+    /// Pin of a PWM output.
     Pwm {
         /// Pin.
         pin: String,
+        /// Name of the output, if the program gives one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
         /// Requested frequency in Hz.
         hertz: u64,
         /// Machine cycles per period, as a fraction.

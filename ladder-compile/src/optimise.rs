@@ -365,7 +365,7 @@ impl Liveness {
                 self.dead_words.insert(dst);
                 Some(op)
             }
-            IrOp::SetPwm { duty: value } | IrOp::Send { value } => {
+            IrOp::SetPwm { duty: value, .. } | IrOp::Send { value } => {
                 self.mark_operand_read(value);
                 Some(op)
             }

@@ -6,10 +6,10 @@ use std::collections::HashMap;
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::{Chip, ChipFamily};
 use ladder::registers::{self, SharedPin};
-use ladder::{ChipPart, Element, LadderProgram, ProgramElement, SymbolKind};
+use ladder::{ChipPart, Element, LadderProgram, ProgramElement, PwmOutput, SymbolKind};
 
 use crate::codes;
-use crate::target::CompileTarget;
+use crate::target::{CompileTarget, PwmPin};
 
 /// A pin that the user gives to a symbol, such as `--pin Xstart=PD2`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,6 +61,15 @@ struct PinRequest {
     kind: SymbolKind,
 }
 
+/// The pins of a program.
+#[derive(Debug, Clone, Default)]
+pub struct PinPlan {
+    /// Inputs, outputs and analog inputs.
+    pub pins: Vec<AssignedPin>,
+    /// PWM outputs, in the order in which the program names them first.
+    pub pwm_pins: Vec<PwmPin>,
+}
+
 /// Assigns a pin to every input, output and analog input, in this order, each group sorted by name.
 ///
 /// Adds errors, and a note if pins were assigned automatically, to `notes`.
@@ -69,7 +78,7 @@ pub fn assign_pins(
     requested: &[PinAssignment],
     target: &'static CompileTarget,
     notes: &mut Vec<Diagnostic>,
-) -> Vec<AssignedPin> {
+) -> PinPlan {
     let chip = target.chip;
     let used = program.elements().filter_map(|ProgramElement { element, .. }| match element {
         Element::ReadAdc { name, .. } => Some(name.clone()),
@@ -95,10 +104,11 @@ pub fn assign_pins(
     let micro = program.settings.micro.as_deref().unwrap_or_default();
     let named = ladder::chip_of(micro).and_then(find_chip_row);
     let io_list_applies = named.is_some_and(|named| has_same_pins(named, target));
-    let pwm_name = pwm_output(program);
+    let outputs = program.pwm_outputs();
+    let is_pwm = |name: &str| outputs.iter().any(|output| output.name.as_deref() == Some(name));
     if io_list_applies {
         let overridden = |name: &str| requested.iter().any(|given| given.symbol == name);
-        let is_wanted = |name: &str| wanted_pins.iter().any(|s| s.name == name) || pwm_name == Some(name);
+        let is_wanted = |name: &str| wanted_pins.iter().any(|s| s.name == name) || is_pwm(name);
         for entry in program.io.iter().filter(|e| e.pin != 0 && is_wanted(&e.name) && !overridden(&e.name)) {
             match ladder::package_pin(micro, entry.pin) {
                 Some(pin) => _ = wanted.insert(&entry.name, (pin.to_owned(), entry.pos)),
@@ -113,7 +123,7 @@ pub fn assign_pins(
     }
     let mut requested_symbols: Vec<&str> = Vec::new();
     for PinAssignment { symbol, pin } in requested {
-        if !wanted_pins.iter().any(|s| s.name == *symbol) && pwm_name != Some(symbol) {
+        if !wanted_pins.iter().any(|s| s.name == *symbol) && !is_pwm(symbol) {
             let cause = format!("--pin {symbol}={pin}: the program has no input or output `{symbol}`");
             push_diagnostic(
                 codes::PIN_SYMBOL,
@@ -129,13 +139,8 @@ pub fn assign_pins(
             wanted.insert(symbol, (pin.clone(), none));
         }
     }
-    if let (Some(name), Some(pwm_pin)) = (pwm_name, target.pwm)
-        && let Some((pin, pos)) = wanted.get(name)
-        && !pin.eq_ignore_ascii_case(pwm_pin)
-    {
-        let cause = format!("`{name}` is at {pin}, but the PWM output of {} is {pwm_pin}", chip.name);
-        push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {pwm_pin}"));
-    }
+    let taken: Vec<&'static str> = peripheral_pins(program, target, &[]).into_iter().map(|(pin, _)| pin).collect();
+    let pwm_pins = assign_pwm_pins(&outputs, target, &wanted, &taken, &mut push_diagnostic);
 
     // Pins of peripherals that the program uses are reserved, and all of a port whose registers it names.
     let shared = registers::shared_pins(program);
@@ -143,7 +148,7 @@ pub fn assign_pins(
     let of_register = |pin: &str| pin.chars().nth(1).is_some_and(|letter| ports.contains(&letter));
     let mut used_by: HashMap<&'static str, &str> = HashMap::new();
     used_by.extend(target.pins.iter().filter(|pin| of_register(pin)).map(|pin| (*pin, OF_REGISTER)));
-    for (pin, part) in peripheral_pins(program, target) {
+    for (pin, part) in peripheral_pins(program, target, &pwm_pins) {
         if let Some(other) = used_by.insert(pin, part).filter(|other| *other != part && *other != OF_REGISTER) {
             let cause = format!("{pin} of {} belongs to {part} and to {other}, and the program uses both", chip.name);
             push_diagnostic(codes::PIN_TAKEN, none, cause, "use one of the two, or a chip with more pins".to_owned());
@@ -219,7 +224,7 @@ pub fn assign_pins(
             target.pins.len(),
         );
         push_diagnostic(codes::TOO_MANY_PINS, none, cause, "use fewer inputs and outputs".to_owned());
-        return Vec::new();
+        return PinPlan::default();
     }
     if !assigned.is_empty() {
         let why = match named.filter(|_| !io_list_applies) {
@@ -230,14 +235,72 @@ pub fn assign_pins(
         let hint = format!("choose with --pin {}", assigned.first().map_or("", |a| a.as_str()));
         notes.push(Diagnostic::new(Severity::Note, codes::PINS_NOTE, &program.file, none, cause, hint));
     }
-    wanted_pins
-        .iter()
-        .filter_map(|s| {
-            let pin = assigned_pins.get(s.name.as_str())?;
-            let (output, analog) = (s.kind == SymbolKind::Output, s.kind == SymbolKind::Adc);
-            Some(AssignedPin { name: s.name.clone(), pin, output, analog })
-        })
-        .collect()
+    let pins = wanted_pins.iter().filter_map(|s| {
+        let pin = assigned_pins.get(s.name.as_str())?;
+        let (output, analog) = (s.kind == SymbolKind::Output, s.kind == SymbolKind::Adc);
+        Some(AssignedPin { name: s.name.clone(), pin, output, analog })
+    });
+    PinPlan { pins: pins.collect(), pwm_pins }
+}
+
+/// The pins of the PWM outputs: those that the program wants, and for the others the first that nothing
+/// wants.
+fn assign_pwm_pins(
+    outputs: &[PwmOutput],
+    target: &'static CompileTarget,
+    wanted: &HashMap<&str, (String, Pos)>,
+    taken: &[&'static str],
+    push_diagnostic: &mut dyn FnMut(&'static str, Pos, String, String),
+) -> Vec<PwmPin> {
+    let of = |output: &PwmOutput| output.name.as_deref().and_then(|name| wanted.get(name));
+    let pins: Vec<&str> = target.pwm.iter().map(|at| at.pin).collect();
+    let mut assigned: Vec<PwmPin> = Vec::new();
+    for output in outputs.iter().filter(|_| !pins.is_empty()) {
+        let chosen = match of(output) {
+            Some((pin, pos)) => {
+                let found = target.pwm.iter().find(|at| at.pin.eq_ignore_ascii_case(pin));
+                if found.is_none() {
+                    let which = if pins.len() == 1 { "PWM output of" } else { "PWM outputs of" };
+                    let are = if pins.len() == 1 { "is" } else { "are" };
+                    let cause = format!(
+                        "`{}` is at {pin}, but the {which} {} {are} {}",
+                        output.label(),
+                        target.chip.name,
+                        pins.join(", ")
+                    );
+                    let why = if target.chip.family == ChipFamily::Avr { "; timer 1 paces the scans" } else { "" };
+                    push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {}{why}", pins.join(" or ")));
+                }
+                found
+            }
+            None => {
+                let is_wanted = |pin: &str| wanted.values().any(|(other, _)| other.eq_ignore_ascii_case(pin));
+                let is_free = |at: &&PwmPin| assigned.iter().all(|other| other.pin != at.pin);
+                let free = || target.pwm.iter().filter(is_free);
+                free().find(|at| !is_wanted(at.pin) && !taken.contains(&at.pin)).or_else(|| free().next())
+            }
+        };
+        let Some(at) = chosen.copied().filter(|at| assigned.iter().all(|other| other.pin != at.pin)) else {
+            let pos = of(output).map_or(Pos::default(), |(_, pos)| *pos);
+            if chosen.is_some() || of(output).is_none() {
+                let cause = format!(
+                    "no PWM output of {} is left for `{}`: they are {}",
+                    target.chip.name,
+                    output.label(),
+                    pins.join(", ")
+                );
+                push_diagnostic(
+                    codes::PIN_TWICE,
+                    pos,
+                    cause,
+                    "give each output a pin of its own, or choose a chip with more".to_owned(),
+                );
+            }
+            continue;
+        };
+        assigned.push(at);
+    }
+    assigned
 }
 
 /// Says why a symbol cannot be at a pin of the package that MICRO= names.
@@ -265,26 +328,21 @@ fn usable_pins(target: &'static CompileTarget, kind: SymbolKind) -> Vec<&'static
 const OF_REGISTER: &str = "a register of its port";
 
 /// Pins that peripherals use, with the name of the peripheral.
-fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> Vec<(&'static str, &'static str)> {
+fn peripheral_pins(
+    program: &LadderProgram,
+    target: &'static CompileTarget,
+    pwm_pins: &[PwmPin],
+) -> Vec<(&'static str, &'static str)> {
     let (sends, receives) = (program.uses_part(ChipPart::Transmitter), program.uses_part(ChipPart::Receiver));
-    let pwm = program.uses_part(ChipPart::Pwm);
     let mut out = Vec::new();
     out.extend(target.uart.filter(|_| sends).map(|(transmit, _)| (transmit, "the serial line")));
     out.extend(target.uart.filter(|_| receives).map(|(_, receive)| (receive, "the serial line")));
-    out.extend(target.pwm.filter(|_| pwm).map(|pin| (pin, "the PWM output")));
+    out.extend(pwm_pins.iter().map(|at| (at.pin, "the PWM output")));
     let (i2c, spi) = (program.uses_part(ChipPart::I2c), program.uses_part(ChipPart::Spi));
     let i2c = target.i2c.filter(|_| i2c).into_iter().flat_map(|(data, clock)| [data, clock]);
     out.extend(i2c.map(|pin| (pin, "the I2C bus")));
     out.extend(target.spi.filter(|_| spi).into_iter().flatten().map(|pin| (pin, "the SPI bus")));
     out
-}
-
-/// Name that LDmicro 5 gives to the PWM output.
-fn pwm_output(program: &LadderProgram) -> Option<&str> {
-    program.elements().find_map(|ProgramElement { element, .. }| match element {
-        Element::SetPwm { output: Some((name, _)), .. } => Some(name.as_str()),
-        _ => None,
-    })
 }
 
 /// Finds a chip by its name, in any family.

@@ -54,8 +54,7 @@ pub(crate) fn refusal_diagnostics(
             );
             (codes::BAUD, cause, "choose another rate, or a clock that is a multiple of it".to_owned())
         }
-        BuildRefusal::PwmOutOfRange { nearest } => {
-            let wanted = job.ir.pwm_hz.unwrap_or(0);
+        BuildRefusal::PwmOutOfRange { hertz: wanted, nearest } => {
             let cause = format!(
                 "{chip} at {clock} Hz cannot make a PWM of {wanted} Hz within 5 %: the nearest is {nearest} Hz"
             );

@@ -5,7 +5,7 @@ use emu_core::chip::Chip;
 use ladder::ElementId;
 
 use crate::CodegenError;
-use crate::ir::Ir;
+use crate::ir::{Ir, IrPwm};
 use crate::map::{CellLocation, Ratio, SpecialPin};
 use crate::pins::AssignedPin;
 
@@ -18,8 +18,8 @@ pub struct CompileTarget {
     pub pins: &'static [&'static str],
     /// Transmit and receive pin of the serial line.
     pub uart: Option<(&'static str, &'static str)>,
-    /// Pin of the PWM output.
-    pub pwm: Option<&'static str>,
+    /// Pins that can be PWM outputs; the first one is that of an output without a pin of its own.
+    pub pwm: &'static [PwmPin],
     /// Data and clock pin of the I2C bus.
     pub i2c: Option<(&'static str, &'static str)>,
     /// Pins of the SPI bus: select, clock, data out, data in.
@@ -47,6 +47,61 @@ impl CompileTarget {
     }
 }
 
+/// A pin that can be a PWM output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PwmPin {
+    /// The pin.
+    pub pin: &'static str,
+    /// The timer that makes its period: pins of one timer have one frequency.
+    pub timer: u8,
+    /// The channel of the timer: 0 is A and 1 is B on an AVR; on a PIC16 it is the number of the CCP module.
+    pub channel: u8,
+}
+
+impl PwmPin {
+    /// A pin of a channel.
+    #[must_use]
+    pub const fn new(pin: &'static str, timer: u8, channel: u8) -> PwmPin {
+        PwmPin { pin, timer, channel }
+    }
+}
+
+/// Refuses two PWM outputs with different frequencies at pins of one timer.
+///
+/// # Errors
+/// The refusal names both elements.
+pub fn check_pwm_timers(job: &CompileJob<'_>) -> Result<(), BuildRefusal> {
+    let outputs: Vec<(&IrPwm, PwmPin)> = job.pwm_outputs().collect();
+    for (n, (output, at)) in outputs.iter().enumerate() {
+        let earlier = outputs.iter().take(n);
+        let other = earlier.into_iter().find(|(other, of)| of.timer == at.timer && other.hertz != output.hertz);
+        let Some((other, of)) = other else { continue };
+        let elsewhere: Vec<&str> =
+            job.target.pwm.iter().filter(|pin| pin.timer != at.timer).map(|pin| pin.pin).collect();
+        let elsewhere = match elsewhere.is_empty() {
+            true => String::new(),
+            false => format!(", or put one of them at {}", elsewhere.join(" or ")),
+        };
+        return Err(BuildRefusal::Unsupported {
+            cause: format!(
+                "{} at {} is to have {} Hz, but {} at {} has {} Hz in {}, and timer {} of {} makes both",
+                output.label(),
+                at.pin,
+                output.hertz,
+                other.label(),
+                of.pin,
+                other.hertz,
+                other.element,
+                at.timer,
+                job.target.chip.name,
+            ),
+            hint: format!("give both one frequency{elsewhere}"),
+            element: Some(output.element),
+        });
+    }
+    Ok(())
+}
+
 /// Input of a back end.
 #[derive(Debug, Clone, Copy)]
 pub struct CompileJob<'a> {
@@ -56,6 +111,9 @@ pub struct CompileJob<'a> {
     pub target: &'static CompileTarget,
     /// Pins of inputs, outputs and analog inputs.
     pub pins: &'a [AssignedPin],
+    /// Pins of the PWM outputs in the order of their numbers; those that are missing have the first pins of
+    /// the target.
+    pub pwm_pins: &'a [PwmPin],
     /// Clock frequency in Hz, above 0.
     pub clock_hz: u64,
     /// Time of a scan in microseconds, above 0.
@@ -64,7 +122,14 @@ pub struct CompileJob<'a> {
     pub baud: Option<u64>,
 }
 
-impl CompileJob<'_> {
+impl<'a> CompileJob<'a> {
+    /// The PWM outputs with their pins.
+    pub fn pwm_outputs(&self) -> impl Iterator<Item = (&'a IrPwm, PwmPin)> + use<'a> {
+        let (given, target) = (self.pwm_pins, self.target.pwm);
+        let pin = move |number: usize| given.get(number).or(target.get(number)).copied();
+        self.ir.pwms.iter().enumerate().filter_map(move |(number, output)| Some((output, pin(number)?)))
+    }
+
     /// What the I2C bus needs outside of the chip, if the program uses it.
     #[must_use]
     pub fn bus_needs(&self) -> Vec<PinNeed> {
@@ -100,7 +165,7 @@ impl CompileJob<'_> {
                 .map(|(_, pin)| pin)
         });
         let pins = self.pins.iter().map(|pin| pin.pin);
-        let used = pins.chain(uart).chain(self.bus_pins()).chain(target.pwm.filter(|_| ir.pwm_hz.is_some()));
+        let used = pins.chain(uart).chain(self.bus_pins()).chain(self.pwm_outputs().map(|(_, pin)| pin.pin));
         used.fold(!usable, |all, pin| all | mask(pin))
     }
 }
@@ -138,6 +203,8 @@ pub enum BuildRefusal {
     },
     /// The PWM output cannot have the requested frequency.
     PwmOutOfRange {
+        /// Requested frequency in Hz.
+        hertz: u64,
         /// Nearest possible frequency in Hz.
         nearest: u64,
     },

@@ -7,7 +7,7 @@ use crate::bit_ops;
 pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
 use crate::il_ops::{IlOp, IlState};
-use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
+use crate::peripheral_state::{BusAddress, ByteSequence, FormattedText, PeripheralState, PiecewiseCurve, PwmChannel};
 use crate::ports::FlatPort;
 use crate::pulse_ops::{EncoderState, FlatEncoder, FlatNpulse, FlatPulser, FlatStepper, NpulseState, PulserState};
 
@@ -47,8 +47,8 @@ pub(crate) struct FlatProgram {
     pub encoders: Vec<FlatEncoder>,
     /// Ports of which the program names a register.
     pub ports: Vec<FlatPort>,
-    /// Frequency of the PWM output in Hz; `None` without SET_PWM.
-    pub pwm_hz: Option<u32>,
+    /// The PWM outputs, in the order in which SET_PWM names them first.
+    pub pwm_outputs: Vec<PwmChannel>,
     /// Number of scans that a byte takes on the serial line.
     pub scans_per_byte: u32,
     /// Number of UART_SEND and UART_RECV of several bytes.
@@ -112,6 +112,8 @@ pub(crate) struct ScanState {
     seeds: Vec<u32>,
     /// True once LOCK has stopped the program.
     is_locked: bool,
+    /// Where the scan goes on that an UART_RECV holds until its bytes have come.
+    held: Option<ScanPosition>,
     /// The parallel groups, by nesting depth.
     groups: Vec<ParallelGroup>,
     /// The master relay; every scan starts with it on.
@@ -129,6 +131,7 @@ impl ScanState {
             parts: PeripheralState::power_up(code),
             seeds: vec![1; code.seeds as usize],
             is_locked: false,
+            held: None,
             pulsers: vec![PulserState::default(); code.pulsers.len()],
             npulses: vec![NpulseState::default(); code.npulses.len()],
             encoders: vec![EncoderState::default(); code.encoders.len()],
@@ -146,11 +149,12 @@ impl ScanState {
     /// it.
     pub(crate) fn scan(&mut self, code: &FlatProgram, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
-        self.master = true;
+        let held = self.held.take();
+        self.master |= held.is_none();
         self.il.result = 0;
         code.ports.iter().for_each(|port| port.sample(&mut self.values));
         let mut rung = true;
-        let mut position = ScanPosition::default();
+        let mut position = held.unwrap_or_default();
         if self.is_locked {
             position.next = code.steps.len();
         }
@@ -182,6 +186,19 @@ impl ScanState {
                     position.follow_line(code, next);
                     watch(id, before, self.il.result != 0, &self.values);
                 }
+                FlatStep::Do(id, ElementOp::ReceiveAll { dest, bytes, transfer }) => {
+                    let before = rung;
+                    let number =
+                        if before { self.parts.receive_all(ByteSequence { at: transfer, bytes }) } else { None };
+                    rung = number.is_some();
+                    number.into_iter().for_each(|number| self.store(code, dest, number));
+                    self.share_outputs(code);
+                    watch(id, before, rung, &self.values);
+                    if self.parts.has_begun(transfer) {
+                        self.held = Some(position.held_at(position.next - 1));
+                        break;
+                    }
+                }
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
@@ -197,7 +214,7 @@ impl ScanState {
     fn execute_element(&mut self, code: &FlatProgram, op: ElementOp, rung: bool) -> bool {
         match op {
             // The order of execution is not the state's.
-            ElementOp::Flow(_) | ElementOp::Line(_) | ElementOp::Short => rung,
+            ElementOp::Flow(_) | ElementOp::Line(_) | ElementOp::ReceiveAll { .. } | ElementOp::Short => rung,
             ElementOp::Open => false,
             ElementOp::Contact { bit, negated } => rung & ((self.read_symbol(bit) != 0) != negated),
             ElementOp::Coil { bit, negated } => {
@@ -343,7 +360,7 @@ impl ScanState {
             ElementOp::Encoder { encoder } => self.count_steps(code, encoder, rung),
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::SendBytes { src, bytes, transfer } => {
-                self.parts.send_bytes(code, (transfer, bytes), self.read_symbol(src), rung)
+                self.parts.send_bytes(code, ByteSequence { at: transfer, bytes }, self.read_symbol(src), rung)
             }
             ElementOp::SendWait { src, bytes } => self.parts.send_at_once(code, bytes, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
@@ -436,7 +453,7 @@ impl ScanState {
             }
             ElementOp::Transfer { op, send, device, register, recv } => {
                 let (byte, register) = (self.read_value(send) as u8, self.read_value(register) as u8);
-                let answer = self.parts.transfer(op, (device, register), byte);
+                let answer = self.parts.transfer(op, BusAddress { device, register }, byte);
                 recv.into_iter().for_each(|recv| self.store(code, recv, answer.into()));
                 true
             }
@@ -444,8 +461,8 @@ impl ScanState {
                 self.parts.send_bus_text(&code.bus_texts[text as usize]);
                 true
             }
-            ElementOp::SetPwm { duty } => {
-                self.parts.duty = Some(self.read_value(duty).clamp(0, 100) as u8);
+            ElementOp::SetPwm { duty, output } => {
+                self.parts.duties[output as usize] = Some(self.read_value(duty).clamp(0, 100) as u8);
                 true
             }
             ElementOp::Persist { var, cell, memory } => {
@@ -481,13 +498,6 @@ impl ScanState {
     /// Stores the low bytes of an exact result, truncated to the width of the symbol.
     pub(crate) fn store(&mut self, code: &FlatProgram, symbol: u32, exact: i64) {
         self.values[symbol as usize] = truncate(exact, code.cut_bits[symbol as usize]);
-    }
-
-    /// Copies every stage to the next one; the value of the last stage is lost and stage 0 keeps its own.
-    fn shift_stages(&mut self, code: &FlatProgram, stages: &[u32]) {
-        for pair in stages.windows(2).rev() {
-            self.store(code, pair[1], self.read_symbol(pair[0]).into());
-        }
     }
 
     /// Stores a memory bit and gives what it held.

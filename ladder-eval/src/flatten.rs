@@ -255,7 +255,7 @@ impl FlatBuilder<'_> {
             Element::SeedRandom { dest, src } => {
                 ElementOp::Seed { seed: self.seed_index(dest), src: self.operand_source(src)? }
             }
-            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => ElementOp::Short,
+            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog | Element::Text { .. } => ElementOp::Short,
             Element::Flow { .. } | Element::Return | Element::Lock => ElementOp::Flow(self.flow_step(element)?),
             Element::NpulseOff => ElementOp::NpulseOff,
             Element::Pulser { .. } | Element::Npulse { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {

@@ -85,7 +85,7 @@ pub(crate) struct FollowedRung {
 }
 
 /// Position in the steps of a scan.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct ScanPosition {
     /// The step to execute.
     pub next: usize,
@@ -106,6 +106,11 @@ impl ScanPosition {
                 self.next = code.rung_starts.get(to as usize).copied().unwrap_or(code.steps.len());
             }
         }
+    }
+
+    /// The position at which a later scan goes on with a step; that scan may jump back as often as any other.
+    pub(crate) fn held_at(&self, step: usize) -> ScanPosition {
+        ScanPosition { next: step, calls: self.calls.clone(), jumps_back: 0 }
     }
 
     /// Executes an element behind which `next` already is.

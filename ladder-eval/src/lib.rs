@@ -25,6 +25,7 @@
 
 mod arithmetic;
 mod bit_ops;
+mod counting_steps;
 mod element_op;
 mod flat_program;
 mod flatten;
@@ -38,14 +39,13 @@ mod peripheral_state;
 mod ports;
 mod power_up;
 mod pulse_ops;
-mod timer_steps;
 mod unsupported;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 pub use ladder::{ElementId, LadderProgram, LadderSymbol};
-pub use peripheral_state::BusEvent;
+pub use peripheral_state::{BusEvent, PwmChannel};
 pub use unsupported::UnsupportedReason;
 
 /// Rung bit before and after an element in one scan.
@@ -245,17 +245,23 @@ impl Evaluator {
         self.state.parts.transmitter_busy_scans
     }
 
-    /// Duty cycle of the PWM output in percent, 0 to 100; `None` before the first SET_PWM has run, while the
-    /// pin is low.
+    /// Duty cycle of each PWM output in percent, 0 to 100; `None` before the first SET_PWM of the output has
+    /// run, while the pin is low.
     #[must_use]
-    pub fn pwm_percent(&self) -> Option<u8> {
-        self.state.parts.duty
+    pub fn pwm_duties(&self) -> &[Option<u8>] {
+        &self.state.parts.duties
     }
 
-    /// Frequency in Hz of the program's SET_PWM elements; `None` if it has none.
+    /// Duty cycle of the first PWM output, see [`Evaluator::pwm_duties`].
     #[must_use]
-    pub fn pwm_hz(&self) -> Option<u32> {
-        self.code.flat.pwm_hz
+    pub fn pwm_percent(&self) -> Option<u8> {
+        self.state.parts.duties.first().copied().flatten()
+    }
+
+    /// The program's PWM outputs, in the order in which SET_PWM names them first.
+    #[must_use]
+    pub fn pwm_outputs(&self) -> &[PwmChannel] {
+        &self.code.flat.pwm_outputs
     }
 
     /// EEPROM cells that PERSIST uses, from address 0; each is FFh at power-up.

@@ -4,20 +4,21 @@
 use std::collections::HashMap;
 
 use ladder::format::{self, StringPiece};
-use ladder::{BusOp, BusTransfer, CurvePoint, Element, LadderDialect, LadderOperand, is_percent_resolution};
+use ladder::{
+    BusOp, BusTransfer, CurvePoint, Element, LadderDialect, LadderOperand, PwmChoice, SerialTransfer,
+    is_percent_resolution,
+};
 
 use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
 use crate::flatten::FlatBuilder;
-use crate::peripheral_state::{FormattedText, PiecewiseCurve};
+use crate::peripheral_state::{FormattedText, PiecewiseCurve, PwmChannel};
 
 /// Settings on which all elements of a program must agree.
 #[derive(Debug, Default)]
 pub(crate) struct DeviceSettings {
     /// Reference selection of each analog input.
     references: HashMap<String, u32>,
-    /// Frequency in Hz and output name of the first SET_PWM.
-    pwm: Option<(u32, Option<String>)>,
 }
 
 /// Time of ten bits, one byte on the serial line, in microseconds times the baud rate.
@@ -54,8 +55,8 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             ElementOp::ReadAdc { dest, input: input.ok_or(UnsupportedReason::NotAnalogInput)? }
         }
         Element::SetPwm { duty, hertz, output } => {
-            check_pwm(builder, hertz, output.as_ref())?;
-            ElementOp::SetPwm { duty: builder.operand_source(duty)? }
+            let output = pwm_output(builder, hertz, output.as_ref())?;
+            ElementOp::SetPwm { duty: builder.operand_source(duty)?, output }
         }
         Element::UartRecvAvail => {
             check_serial(builder)?;
@@ -67,17 +68,20 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::UartSend { name, rest } => {
             let src = builder.integer_index(name)?;
-            let bytes = check_transfer(builder, src, rest.unwrap_or((1, 0)), true)?;
+            let bytes = check_transfer(builder, src, rest.unwrap_or_default())?;
             match bytes {
-                _ if rest.is_some_and(|(_, wait)| wait != 0) => ElementOp::SendWait { src, bytes },
+                _ if rest.is_some_and(|rest| rest.wait != 0) => ElementOp::SendWait { src, bytes },
                 1 => ElementOp::Send { src },
                 bytes => ElementOp::SendBytes { src, bytes, transfer: new_transfer(builder) },
             }
         }
         Element::UartRecv { name, rest } => {
             let dest = builder.integer_index(name)?;
-            match check_transfer(builder, dest, rest.unwrap_or((1, 0)), false)? {
+            match check_transfer(builder, dest, rest.unwrap_or_default())? {
                 1 => ElementOp::Receive { dest },
+                bytes if rest.is_some_and(|rest| rest.holds_scan()) => {
+                    ElementOp::ReceiveAll { dest, bytes, transfer: new_transfer(builder) }
+                }
                 bytes => ElementOp::ReceiveBytes { dest, bytes, transfer: new_transfer(builder) },
             }
         }
@@ -176,31 +180,36 @@ fn check_curve(
     Ok(PiecewiseCurve { points, cut: if narrow { 16 } else { 0 } })
 }
 
-fn check_pwm(
+/// Index of the output of a SET_PWM. All SET_PWM of an output have one frequency, and all of a program name
+/// an output or none does.
+fn pwm_output(
     builder: &mut FlatBuilder<'_>,
     hertz: &LadderOperand,
-    output: Option<&(String, String)>,
-) -> Result<(), UnsupportedReason> {
+    choice: Option<&PwmChoice>,
+) -> Result<u32, UnsupportedReason> {
     let hertz = match hertz {
         LadderOperand::Const { value, .. } => u32::try_from(*value).ok().filter(|hertz| *hertz > 0),
         LadderOperand::Var(_) => None,
     };
     let hertz = hertz.ok_or(UnsupportedReason::BadPwmFrequency)?;
-    match output {
+    match choice {
         Some(_) if builder.program.dialect == LadderDialect::Ldmicro23 => {
             return Err(UnsupportedReason::NeedsDialect5 { feature: "the choice of the output".into() });
         }
-        Some((_, resolution)) if !is_percent_resolution(resolution) => {
-            return Err(UnsupportedReason::UnknownResolution { resolution: resolution.clone() });
+        Some(choice) if !is_percent_resolution(&choice.resolution) => {
+            return Err(UnsupportedReason::UnknownResolution { resolution: choice.resolution.clone() });
         }
         _ => {}
     }
-    let own = (hertz, output.map(|(name, _)| name.clone()));
-    if builder.devices.pwm.get_or_insert_with(|| own.clone()) != &own {
+    let name = choice.map(|choice| choice.name.clone());
+    let outputs = &mut builder.code.pwm_outputs;
+    if outputs.first().is_some_and(|first| first.name.is_some() != name.is_some()) {
         return Err(UnsupportedReason::ConflictingPwm);
     }
-    builder.code.pwm_hz = Some(hertz);
-    Ok(())
+    if let Some(known) = outputs.iter().position(|output| output.name == name) {
+        return if outputs[known].hertz == hertz { Ok(known as u32) } else { Err(UnsupportedReason::ConflictingPwm) };
+    }
+    Ok(push_index(outputs, PwmChannel { name, hertz }))
 }
 
 /// Index of the state of another UART_SEND or UART_RECV of several bytes.
@@ -209,17 +218,16 @@ fn new_transfer(builder: &mut FlatBuilder<'_>) -> u32 {
     builder.code.transfers - 1
 }
 
-/// The number of bytes that an element of the serial line transfers; fails if it waits for other bytes, or
+/// The number of bytes that an element of the serial line transfers; fails if it waits in release 2.3, or
 /// has too many for its symbol.
 fn check_transfer(
     builder: &mut FlatBuilder<'_>,
     symbol: u32,
-    (bytes, wait): (u32, u32),
-    sends: bool,
+    SerialTransfer { bytes, wait }: SerialTransfer,
 ) -> Result<u8, UnsupportedReason> {
     check_serial(builder)?;
     let five = builder.program.dialect == LadderDialect::Ldmicro5;
-    let waits = wait != 0 && (bytes > 1 && !sends || !five);
+    let waits = wait != 0 && !five;
     let most = if five { builder.integer_bytes(symbol) } else { 1 };
     match u8::try_from(bytes) {
         Ok(bytes) if !waits && (1..=most).contains(&bytes) => Ok(bytes),

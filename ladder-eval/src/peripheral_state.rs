@@ -79,13 +79,40 @@ pub enum BusEvent {
     },
 }
 
+/// The bytes of an UART_SEND or UART_RECV of several bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ByteSequence {
+    /// Index of its state.
+    pub at: u32,
+    /// Number of bytes.
+    pub bytes: u8,
+}
+
+/// What an element on a bus talks to; both are 0 on SPI.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct BusAddress {
+    /// Address of an I2C device.
+    pub device: u8,
+    /// The register of the device.
+    pub register: u8,
+}
+
+/// A PWM output of a program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PwmChannel {
+    /// Its name, if SET_PWM has one.
+    pub name: Option<String>,
+    /// Its frequency in Hz.
+    pub hertz: u32,
+}
+
 /// State of all peripherals.
 #[derive(Debug, Clone)]
 pub(crate) struct PeripheralState {
     /// For each analog input, the result of a conversion.
     pub adc: Vec<u16>,
-    /// Duty cycle of the PWM output in percent; `None` before it is set.
-    pub duty: Option<u8>,
+    /// For each PWM output, its duty cycle in percent; `None` before it is set.
+    pub duties: Vec<Option<u8>>,
     /// Number of scans until the transmitter is free.
     pub transmitter_busy_scans: u32,
     /// Bytes sent in this scan.
@@ -111,7 +138,7 @@ impl PeripheralState {
     pub(crate) fn power_up(code: &FlatProgram) -> PeripheralState {
         PeripheralState {
             adc: vec![0; code.adc_symbols.len()],
-            duty: None,
+            duties: vec![None; code.pwm_outputs.len()],
             transmitter_busy_scans: 0,
             sent: Vec::new(),
             received_byte: None,
@@ -152,7 +179,8 @@ impl PeripheralState {
 
     /// Executes UART_SEND of several bytes: a true rung begins if nothing is left, and each free scan sends a
     /// byte of the value as it is then. Returns whether the transmitter is busy.
-    pub(crate) fn send_bytes(&mut self, code: &FlatProgram, (at, bytes): (u32, u8), value: i32, rung: bool) -> bool {
+    pub(crate) fn send_bytes(&mut self, code: &FlatProgram, bytes: ByteSequence, value: i32, rung: bool) -> bool {
+        let ByteSequence { at, bytes } = bytes;
         let mut left = std::mem::take(&mut self.transfers[at as usize]);
         if rung && left.is_empty() {
             left = (0..bytes).rev().collect();
@@ -192,8 +220,24 @@ impl PeripheralState {
         Some(number << spare >> spare)
     }
 
+    /// Takes a byte for an UART_RECV that holds the scan: the number that its bytes make, without sign, once
+    /// all have come.
+    pub(crate) fn receive_all(&mut self, bytes: ByteSequence) -> Option<i64> {
+        let byte = self.take_received();
+        let come = &mut self.transfers[bytes.at as usize];
+        come.extend(byte);
+        let whole = come.len() >= usize::from(bytes.bytes);
+        whole.then(|| come.drain(..).rev().fold(0, |number, byte| number << 8 | i64::from(byte)))
+    }
+
+    /// True if some, but not all, bytes of an UART_RECV have come.
+    pub(crate) fn has_begun(&self, at: u32) -> bool {
+        !self.transfers[at as usize].is_empty()
+    }
+
     /// Executes a transfer on a bus, and returns the byte that its device answers.
-    pub(crate) fn transfer(&mut self, op: BusOp, (device, register): (u8, u8), byte: u8) -> u8 {
+    pub(crate) fn transfer(&mut self, op: BusOp, at: BusAddress, byte: u8) -> u8 {
+        let BusAddress { device, register } = at;
         self.transfers_of_scan.push(match op {
             BusOp::I2cRead => BusEvent::I2cRead { device, register },
             BusOp::I2cWrite => BusEvent::I2cWrite { device, register, byte },

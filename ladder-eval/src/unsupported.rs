@@ -187,8 +187,8 @@ pub enum UnsupportedReason {
         /// Resolution as written in the program.
         resolution: String,
     },
-    /// Two SET_PWM have different settings, but the program has only one PWM output.
-    #[error("another SET_PWM of the program has another frequency or output, and there is one output")]
+    /// Two SET_PWM of an output have different frequencies, or one names an output and another does not.
+    #[error("another SET_PWM of the output has another frequency, or only one of two names an output")]
     ConflictingPwm,
     /// An element of the serial line transfers more bytes than its integer has, or waits.
     #[error("{bytes} byte(s) with wait {wait} have no meaning here; wanted 1 to {most} without waiting")]

@@ -137,6 +137,17 @@ fn check_element(checker: &mut Checker<'_>, at: ProgramElement<'_>) {
             let cause = "it has no effect here: outputs change at the end of a scan, and scans begin by a timer";
             checker.report(Severity::Note, codes::NO_EFFECT, at, cause, "nothing to do");
         }
+        Element::Text { .. } => {
+            let cause =
+                "it has no effect here: no element reads the text that it makes, and LDmicro's simulator makes none";
+            checker.report(
+                Severity::Note,
+                codes::NO_EFFECT,
+                at,
+                cause,
+                "FORMATTED_STRING sends a text on the serial line",
+            );
+        }
         Element::TimeValue { time: LadderOperand::Var(_), .. } => {
             let cause = "the time is a variable, and LDmicro computes it when it compiles";
             checker.error(codes::TIMER_RANGE, at, cause, "write the time as a number of microseconds");

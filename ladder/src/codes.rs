@@ -108,8 +108,8 @@ diag::codes! {
         "A text with the place of a number (\\5, \\-5) needs the variable of that number. A text without one takes (none).";
     CURVE "LD113" "PIECEWISE_LINEAR cannot be computed"
         "The value between two points is y + (index - x) * dy / dx, computed in 16 bits (in 32 if LDmicro 5's widths require it). So there must be at least two points, and for each two neighbours dx and dx * dy must fit.";
-    PWM "LD114" "SET_PWM without one output and one frequency"
-        "A program has one pulse width output. Its frequency is a constant of at least 1 Hz, and all SET_PWM name the same output and frequency; the duty may differ.";
+    PWM "LD114" "SET_PWM without one frequency for each output"
+        "The frequency of SET_PWM is a constant of at least 1 Hz, and all SET_PWM of an output name the same; the duty may differ. SET_PWM without a name have one output; then all SET_PWM of the program are without a name.";
     NO_BAUD "LD115" "the serial line has no rate"
         "UART_SEND, UART_RECV and FORMATTED_STRING need BAUD= above the lists, because it determines how many scans a byte takes.";
     SHIFT_COUNT "LD116" "a shift by more bits than there are"

@@ -1,4 +1,4 @@
-//! Readers of the elements with a counted list of arguments: the two tables and FORMATTED_STRING.
+//! Readers of the elements with a counted list of arguments: the two tables, STRING and FORMATTED_STRING.
 
 use std::ops::RangeInclusive;
 
@@ -42,6 +42,27 @@ pub(crate) fn read_piecewise_linear(
     let values = read_counted_values(r, row, count, wanted, values, "a coordinate", range);
     let points = values?.chunks_exact(2).filter_map(|p| Some(CurvePoint { x: *p.first()?, y: *p.get(1)? })).collect();
     Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
+}
+
+/// Reads STRING: a text variable or `(none)`, then the arguments of FORMATTED_STRING.
+pub(crate) fn read_text(
+    r: &mut LdReader<'_>,
+    line: &LdLine<'_>,
+    row: &ElementKeyword,
+    dest: LdToken<'_>,
+    rest: &[LdToken<'_>],
+) -> Option<Element> {
+    let dest = Some(dest.text).filter(|name| *name != "(none)").map(str::to_owned);
+    let (var, rest) = rest.split_first()?;
+    match read_formatted_string(r, line, row, *var, rest)? {
+        Element::FormattedString { var, text, quoted } => Some(Element::Text { dest, var, text, quoted }),
+        _ => None,
+    }
+}
+
+/// True for the elements whose counted values are character codes.
+fn has_character_codes(row: &ElementKeyword) -> bool {
+    matches!(row.0, "FORMATTED_STRING" | "STRING")
 }
 
 /// Reads FORMATTED_STRING: a variable or `(none)`, then character codes or a quoted text.
@@ -94,13 +115,13 @@ fn read_counted_values(
     // LDmicro 5 writes a name after the last value of a table. It has no meaning, and the writer drops it.
     let values = match values.split_last() {
         Some((last, front))
-            if wanted == Some(front.len() as u32) && row.0 != "FORMATTED_STRING" && lexer::is_name(last.text) =>
+            if wanted == Some(front.len() as u32) && !has_character_codes(row) && lexer::is_name(last.text) =>
         {
             front
         }
         _ => values,
     };
-    let read_value = if row.0 == "FORMATTED_STRING" { LdReader::read_number } else { LdReader::read_constant };
+    let read_value = if has_character_codes(row) { LdReader::read_number } else { LdReader::read_constant };
     let (low, high) = range.into_inner();
     let read: Vec<Option<i64>> = values.iter().map(|t| read_value(r, *t, what, low, high)).collect();
     let wanted = wanted? as usize;

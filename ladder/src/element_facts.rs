@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SymbolKind, TimerKind};
+use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SerialTransfer, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
@@ -208,7 +208,9 @@ impl Element {
                     || input.is_some_and(|kind| kind != '/')
             }
             Element::SetPwm { output, .. } => output.is_some(),
-            Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => rest.is_some_and(|rest| rest != (1, 0)),
+            Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => {
+                rest.is_some_and(|rest| rest != SerialTransfer::default())
+            }
             Element::Move { src, .. } => is_wide_hex(src),
             Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => is_wide_hex(op1) || is_wide_hex(op2),
             // The other arguments of LDmicro 5 say nothing new, or have no meaning here.
@@ -266,6 +268,7 @@ impl Element {
             Element::NpulseOff
             | Element::QuadEncod { .. }
             | Element::Persist { .. }
+            | Element::Text { .. }
             | Element::FormattedString { .. }
             | Element::Instruction(_) => Vec::new(),
         }
@@ -385,7 +388,7 @@ impl Element {
             }
             Element::UartRecv { name, rest } => {
                 let row = row("UART_RECV", Decides).writes(name, Variable, Passing).uses_part(ChipPart::Receiver);
-                if rest.is_some_and(|(bytes, _)| bytes > 1) { row.with_memory() } else { row }
+                if rest.is_some_and(|rest| rest.bytes > 1) { row.with_memory() } else { row }
             }
             Element::UartSend { name, rest: _ } => {
                 row("UART_SEND", Decides).with_memory().reads(name, Variable).uses_part(ChipPart::Transmitter)
@@ -430,6 +433,9 @@ impl Element {
             // PERSIST loads the variable from the EEPROM the first time that it has power.
             Element::Persist { name } => {
                 row("PERSIST", Acts).symbol(name, Variable, true, Some(Powered)).uses_part(ChipPart::Eeprom)
+            }
+            Element::Text { dest: _, var, text: _, quoted: _ } => {
+                var.iter().fold(row("STRING", Acts).ldmicro5(), |row, name| row.reads(name, Variable))
             }
             Element::FormattedString { var, text: _, quoted: _ } => {
                 let row = row("FORMATTED_STRING", Decides).with_memory().uses_part(ChipPart::Transmitter);

@@ -102,6 +102,7 @@ pub(crate) const ELEMENT_KEYWORDS: &[ElementKeyword] = &[
     ("I2C_RD",           8, 8,   "I2C_RD name - recv Master device register MSB_FIRST rate"),
     ("I2C_WR",           8, 8,   "I2C_WR name send - Master device register MSB_FIRST rate"),
     ("PERSIST",          1, 1,   "PERSIST name"),
+    ("STRING",           3, ANY_COUNT, "STRING dest name \"text\" (dest and name may be (none))"),
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
 
@@ -117,7 +118,6 @@ const FORMATTED: &str = "send the text with FORMATTED_STRING name \"text\", wher
 /// Elements of LDmicro 5 that are not supported: keyword, reason, and the nearest thing that works.
 #[rustfmt::skip]
 pub(crate) const UNSUPPORTED_KEYWORDS: &[(&str, &str, &str)] = &[
-    ("STRING",      TEXT_VARIABLE, FORMATTED),
     ("UART_RECVn",  "LDmicro 5 itself does not read it back", "write UART_RECV name 2 0 for two bytes, up to 4"),
     ("UART_SENDn",  "LDmicro 5 itself does not read it back", "write UART_SEND name 2 0 for two bytes, up to 4"),
     ("CPRINTF",     TEXT_VARIABLE, FORMATTED),

@@ -8,8 +8,8 @@ use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{
-    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
-    UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, PwmChoice, SegmentDisplay,
+    SerialTransfer, ShiftOp, TimerKind, UnaryOp,
 };
 use crate::pulse_elements;
 use crate::reader::{LdReader, message_text};
@@ -197,6 +197,7 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         ("PULSER" | "NPULSE" | "STEPPER" | "QUAD_ENCOD", args) => pulse_elements::read_pulse_element(r, keyword, args)?,
         ("SPI" | "SPI_WR" | "I2C_RD" | "I2C_WR", args) => bus_elements::read_bus_element(r, keyword, args)?,
         ("PERSIST", [name]) => Element::Persist { name: r.read_integer_name(keyword, *name)? },
+        ("STRING", [dest, rest @ ..]) => counted_elements::read_text(r, line, row, *dest, rest)?,
         ("FORMATTED_STRING", [var, rest @ ..]) => counted_elements::read_formatted_string(r, line, row, *var, rest)?,
         // The argument count was checked against the row, so every valid line matches an arm above.
         _ => return None,
@@ -402,19 +403,19 @@ fn set_pwm(r: &mut LdReader<'_>, duty: LdToken<'_>, hertz: LdToken<'_>, output: 
     let output = match output {
         [name, resolution @ ..] => {
             let resolution = resolution.first().map_or("", |token| token.text);
-            r.read_name(*name).map(|n| Some((n, resolution.to_owned())))
+            r.read_name(*name).map(|name| Some(PwmChoice { name, resolution: resolution.to_owned() }))
         }
         _ => Some(None),
     };
     Some(Element::SetPwm { duty: duty?, hertz: hertz?, output: output? })
 }
 
-fn read_uart_arguments(r: &mut LdReader<'_>, rest: &[LdToken<'_>]) -> Option<Option<(u32, u32)>> {
+fn read_uart_arguments(r: &mut LdReader<'_>, rest: &[LdToken<'_>]) -> Option<Option<SerialTransfer>> {
     match rest {
         [bytes, wait] => {
             let (bytes, wait) =
                 (r.read_u32(*bytes, "the number of bytes", 1, 255), r.read_u32(*wait, "the flag `wait`", 0, 1));
-            Some(Some((bytes?, wait?)))
+            Some(Some(SerialTransfer { bytes: bytes?, wait: wait? }))
         }
         _ => Some(None),
     }

@@ -133,8 +133,9 @@ pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
             in_brackets("{", &format!("{dest} :="), &format!("PWL[{}]", write::operand_text(index)), "}")
         }
         Element::ReadAdc { name, .. } => (name.clone(), "{READ ADC}".to_owned()),
-        Element::SetPwm { duty, hertz, .. } => {
-            (write::operand_text(duty).to_owned(), format!("{{PWM {}}}", frequency(hertz)))
+        Element::SetPwm { duty, hertz, output } => {
+            let name = output.as_ref().map_or_else(String::new, |choice| format!("{} ", choice.name));
+            (write::operand_text(duty).to_owned(), format!("{{PWM {name}{}}}", frequency(hertz)))
         }
         Element::UartRecv { name, .. } => (name.clone(), "{UART RECV}".to_owned()),
         Element::UartSend { name, .. } => (name.clone(), "{UART SEND}".to_owned()),
@@ -160,6 +161,7 @@ pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
             in_brackets("{", &transfer.op.keyword().replace('_', " "), &bus_elements::transfer_text(transfer), "}")
         }
         Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
+        Element::Text { dest, text, .. } => (dest.clone().unwrap_or_default(), format!("{{STRING \"{text}\"}}")),
         Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),
         Element::Instruction(step) => (String::new(), step.to_string()),
     };

@@ -39,6 +39,7 @@ mod operators;
 mod packages;
 mod parse;
 mod peripheral_checks;
+mod peripheral_model;
 mod program_checks;
 mod program_head;
 mod program_parts;

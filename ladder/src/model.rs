@@ -4,6 +4,7 @@
 //! branches, and each branch is again a series. This is the nesting of LDmicro's `.ld` text. `ladder-eval`
 //! and `ladder-compile` define the meaning independently of each other and share only this model.
 
+pub use crate::peripheral_model::{PwmChoice, PwmOutput, SerialTransfer};
 use diag::Pos;
 use serde::Serialize;
 
@@ -343,21 +344,21 @@ pub enum Element {
         /// Frequency in Hz.
         hertz: LadderOperand,
         /// LDmicro 5's output name and resolution, if written.
-        output: Option<(String, String)>,
+        output: Option<PwmChoice>,
     },
     /// `UART_RECV var [bytes wait]`.
     UartRecv {
         /// Destination.
         name: String,
         /// LDmicro 5's byte count and wait flag, if written.
-        rest: Option<(u32, u32)>,
+        rest: Option<SerialTransfer>,
     },
     /// `UART_SEND var [bytes wait]`.
     UartSend {
         /// Source.
         name: String,
         /// LDmicro 5's byte count and wait flag, if written.
-        rest: Option<(u32, u32)>,
+        rest: Option<SerialTransfer>,
     },
     /// `UART_RECV_AVAIL`: tests whether a received byte waits (LDmicro 5).
     UartRecvAvail,
@@ -425,6 +426,17 @@ pub enum Element {
     Persist {
         /// Variable that is kept in the EEPROM.
         name: String,
+    },
+    /// `STRING dest|(none) var|(none) "text"`: no effect here (LDmicro 5).
+    Text {
+        /// Text variable to write; `None` for `(none)`.
+        dest: Option<String>,
+        /// Variable to print; `None` for `(none)`.
+        var: Option<String>,
+        /// The text, with LDmicro's backslash escapes as typed in its editor.
+        text: String,
+        /// True if written in quotes, false if written as decimal codes.
+        quoted: bool,
     },
     /// `FORMATTED_STRING var|(none) length c0 c1 ..` or, in LDmicro 5, `FORMATTED_STRING var|(none) "text"`.
     FormattedString {

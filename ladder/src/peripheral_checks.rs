@@ -6,7 +6,7 @@ use crate::check::{Checker, check_default_argument};
 use crate::codes;
 use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
-use crate::model::{CurvePoint, Element, LadderDialect, LadderOperand, ProgramElement};
+use crate::model::{CurvePoint, Element, LadderDialect, LadderOperand, ProgramElement, SerialTransfer};
 
 /// Half a second in microseconds: half a pulse at 1 Hz.
 const HALF_SECOND_US: u64 = 500_000;
@@ -43,7 +43,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: ProgramEle
                 Some(_) if checker.program.dialect == LadderDialect::Ldmicro23 => {
                     check_default_argument(checker, at, "the choice of the output", "");
                 }
-                Some((_, resolution)) if !is_percent_resolution(resolution) => {
+                Some(choice) if !is_percent_resolution(&choice.resolution) => {
                     let hint =
                         "write 0-100 and give the duty in percent: MUL by 100 and DIV by the full scale before SET_PWM";
                     check_default_argument(checker, at, "a resolution other than 0-100", hint);
@@ -52,7 +52,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: ProgramEle
             }
         }
         Element::UartRecv { name, rest } | Element::UartSend { name, rest } => {
-            check_transfer(checker, at, name, rest.unwrap_or((1, 0)));
+            check_transfer(checker, at, name, rest.unwrap_or_default());
             check_baud(checker, at);
         }
         Element::Npulse { hertz, .. } => check_pulse_frequency(checker, at, hertz),
@@ -101,32 +101,30 @@ fn check_reference(checker: &mut Checker<'_>, at: ProgramElement<'_>, name: &str
     }
 }
 
-/// Checks that all SET_PWM agree, because the program has one PWM output.
+/// Checks that all SET_PWM of an output name one frequency, and that all name an output or none does.
 pub(crate) fn check_pwm(checker: &mut Checker<'_>) {
     let program = checker.program;
-    let mut all = program.elements().filter_map(|at| match at.element {
-        Element::SetPwm { hertz, output, .. } => {
-            let hertz = match hertz {
-                LadderOperand::Const { value, .. } => Some(*value),
-                LadderOperand::Var(_) => None,
-            };
-            Some((at, hertz, output.as_ref().map(|o| o.0.as_str())))
+    let outputs = program.pwm_outputs();
+    for at in program.elements() {
+        let ProgramElement { id, element, .. } = at;
+        let Element::SetPwm { hertz: LadderOperand::Const { value: hertz, .. }, output, .. } = element else {
+            continue;
+        };
+        let name = output.as_ref().map(|choice| &choice.name);
+        let Some(first) = outputs.iter().find(|output| output.name.as_ref() == name) else { continue };
+        if let Some(one) = first.hertz.filter(|one| i64::from(*one) != *hertz && first.element != id) {
+            let of = first.name.as_ref().map_or("the one output".to_owned(), |name| format!("the output {name}"));
+            let cause = format!("{hertz} Hz, but {} sets {one} Hz for {of}", first.element);
+            checker.error(codes::PWM, at, cause, "let all SET_PWM of an output name one frequency");
         }
-        _ => None,
-    });
-    let Some((first, hertz, output)) = all.next() else { return };
-    for (at, other, to) in all {
-        if let (Some(one), Some(other)) = (hertz, other)
-            && one != other
+        if let Some(other) =
+            outputs.first().filter(|other| first.element == id && other.name.is_some() != name.is_some())
         {
-            let cause = format!("{other} Hz, but {} sets {one} Hz, and there is one output", first.id);
-            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one frequency");
-        }
-        if output != to {
-            let name = |output: Option<&str>| output.unwrap_or("no name").to_owned();
-            let cause =
-                format!("the output is {}, but {} has {}, and there is one output", name(to), first.id, name(output));
-            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one output, or make the other signal from scan to scan with PULSER");
+            let cause = match name {
+                None => format!("the output has no name, but {} has {}", other.element, other.label()),
+                Some(name) => format!("the output is {name}, but {} has no name", other.element),
+            };
+            checker.error(codes::PWM, at, cause, "give all SET_PWM of the program the name of an output, or none");
         }
     }
 }
@@ -198,9 +196,10 @@ fn check_string(checker: &mut Checker<'_>, at: ProgramElement<'_>, var: Option<&
 }
 
 /// Checks how many bytes UART_SEND or UART_RECV transfers, and whether it waits.
-fn check_transfer(checker: &mut Checker<'_>, at: ProgramElement<'_>, name: &str, (bytes, wait): (u32, u32)) {
+fn check_transfer(checker: &mut Checker<'_>, at: ProgramElement<'_>, name: &str, transfer: SerialTransfer) {
+    let bytes = transfer.bytes;
     if checker.program.dialect == LadderDialect::Ldmicro23 {
-        if (bytes, wait) != (1, 0) {
+        if transfer != SerialTransfer::default() {
             check_default_argument(checker, at, "another choice than one byte without waiting", "");
         }
         return;
@@ -209,15 +208,6 @@ fn check_transfer(checker: &mut Checker<'_>, at: ProgramElement<'_>, name: &str,
     if bytes > width {
         let cause = format!("{bytes} bytes are transferred, but {name} has {width}");
         let hint = format!("write 1 to {width} bytes, or, up to 4, `{} bytes {name}` in VAR LIST", bytes.min(4));
-        return checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
-    }
-    // LDmicro 5 ignores the flag for a single received byte.
-    if wait != 0 && bytes > 1 && matches!(at.element, Element::UartRecv { .. }) {
-        let cause = "the flag `wait` stops the scan until the bytes have come, which may be never, and a scan has a fixed time here";
-        let hint = format!(
-            "write 0 in its place: `{} {name} {bytes} 0` goes on from scan to scan",
-            at.element.facts().keyword
-        );
         checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
     }
 }

@@ -7,7 +7,7 @@ use diag::text::{TextEncoding, to_code_page};
 use crate::bus_elements;
 use crate::model::{
     CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    ProgramSettings, RungNode, SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
+    ProgramSettings, PwmChoice, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, TimerKind, UnaryOp,
 };
 use crate::pulse_elements;
 
@@ -217,7 +217,7 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
             write!(out, "SET_PWM {} {}", operand_text(duty), operand_text(hertz))?;
             output
                 .iter()
-                .flat_map(|(name, resolution)| [name, resolution])
+                .flat_map(|PwmChoice { name, resolution }| [name, resolution])
                 .filter(|word| !word.is_empty())
                 .try_for_each(|word| write!(out, " {word}"))
         }
@@ -233,19 +233,29 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::Persist { name } => write!(out, "PERSIST {name}"),
         Element::FormattedString { var, text, quoted } => {
             write!(out, "FORMATTED_STRING {}", var.as_deref().unwrap_or("(none)"))?;
-            if *quoted {
-                return write!(out, " \"{text}\"");
-            }
-            write!(out, " {}", text.chars().count())?;
-            text.chars().try_for_each(|c| write!(out, " {}", c as u32))
+            write_text(out, text, *quoted)
+        }
+        Element::Text { dest, var, text, quoted } => {
+            let [dest, var] = [dest, var].map(|name| name.as_deref().unwrap_or("(none)"));
+            write!(out, "STRING {dest} {var}")?;
+            write_text(out, text, *quoted)
         }
         Element::Instruction(step) => write!(out, "{step}"),
     }
 }
 
-fn write_uart(out: &mut String, keyword: &str, name: &str, rest: Option<&(u32, u32)>) -> std::fmt::Result {
+/// Writes a text in quotes, or as the number of its characters and their codes.
+fn write_text(out: &mut String, text: &str, quoted: bool) -> std::fmt::Result {
+    if quoted {
+        return write!(out, " \"{text}\"");
+    }
+    write!(out, " {}", text.chars().count())?;
+    text.chars().try_for_each(|c| write!(out, " {}", c as u32))
+}
+
+fn write_uart(out: &mut String, keyword: &str, name: &str, rest: Option<&SerialTransfer>) -> std::fmt::Result {
     write!(out, "{keyword} {name}")?;
-    rest.iter().try_for_each(|(bytes, wait)| write!(out, " {bytes} {wait}"))
+    rest.iter().try_for_each(|SerialTransfer { bytes, wait }| write!(out, " {bytes} {wait}"))
 }
 
 /// The operand as spelled in the file.

@@ -23,7 +23,9 @@
 //! ```text
 //! level(Ain)   set: what the converter reads at Ain        sent     expected: the byte that the scan sent
 //! received     set: a byte that has arrived                duty     expected: the PWM duty, in percent
-//! cell(0)      set and expected: a cell of the EEPROM
+//! cell(0)      set and expected: a cell of the EEPROM    duty(1)  expected: that of the second output
+//! answer       set: the byte that devices on the buses answer from this scan on
+//! bus(byte), bus(register), bus(device)   expected: of the last transfer on a bus; a read has no byte
 //! ```
 
 mod text;
@@ -43,8 +45,25 @@ pub enum Column {
     Sent,
     /// The duty of the PWM output.
     Duty,
+    /// The duty of one of several PWM outputs.
+    DutyOf(usize),
+    /// The byte that devices on the buses answer.
+    Answer,
+    /// The last transfer on a bus: its byte, its register or its device.
+    Bus(BusField),
     /// A cell of the EEPROM.
     Cell(usize),
+}
+
+/// A part of a transfer on a bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BusField {
+    /// The byte that the chip sends.
+    Byte,
+    /// The register of an I2C device.
+    Register,
+    /// The address of an I2C device.
+    Device,
 }
 
 impl Column {
@@ -54,6 +73,13 @@ impl Column {
             ("received", ..) => Column::Received,
             ("sent", ..) => Column::Sent,
             ("duty", ..) => Column::Duty,
+            ("answer", ..) => Column::Answer,
+            ("bus(byte)", ..) => Column::Bus(BusField::Byte),
+            ("bus(register)", ..) => Column::Bus(BusField::Register),
+            ("bus(device)", ..) => Column::Bus(BusField::Device),
+            _ if inside("duty").is_some() => {
+                Column::DutyOf(inside("duty").unwrap_or_default().parse().expect("the number of an output"))
+            }
             (_, Some(name), _) => Column::Level(name),
             (_, _, Some(cell)) => Column::Cell(cell.parse().expect("the number of a cell")),
             _ => Column::Symbol(text.to_owned()),

@@ -2,7 +2,9 @@
 //! edges at its pins, and answer every read with one byte.
 
 use emu_core::pins::{PinId, PinLevel};
-use ladder_eval::BusEvent;
+use ladder_eval::{BusEvent, Evaluator};
+
+use crate::chip::deviation::Deviation;
 
 /// Pins of the buses that a program uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -77,6 +79,28 @@ impl BusDevices {
             fault: None,
             drive: None,
         })
+    }
+
+    /// At the start of a scan: chooses the byte that the devices answer in it.
+    pub(crate) fn choose_answer(&mut self, eval: &mut Evaluator) {
+        self.answer = (eval.scans() as u8).wrapping_mul(0x9D) ^ 0x5A;
+        eval.set_bus_answer(self.answer);
+    }
+
+    /// At the end of a scan: compares what happened with what the evaluator did in it. Returns the number of
+    /// values compared.
+    pub(crate) fn compare(&mut self, eval: &Evaluator) -> Result<u64, Deviation> {
+        let (wanted, found) = (eval.bus_events(), std::mem::take(&mut self.events));
+        let text = |event: Option<&BusEvent>| event.map_or_else(|| "no transfer".to_owned(), event_text);
+        if let Some(fault) = self.fault.take() {
+            return Err(Deviation::new(text(wanted.get(found.len())), fault));
+        }
+        for n in 0..wanted.len().max(found.len()) {
+            if wanted.get(n) != found.get(n) {
+                return Err(Deviation::new(text(wanted.get(n)), text(found.get(n))));
+            }
+        }
+        Ok(wanted.len() as u64 + 1)
     }
 
     /// Notes that a pin changed its level.

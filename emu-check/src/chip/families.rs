@@ -64,7 +64,7 @@ const PIC16: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 11,
 };
 
-/// PIC16 chips whose only CCP module generates the PWM output: only timer 1 is left, and its prescaler is
+/// PIC16 chips whose first CCP module generates the PWM output: only timer 1 is left, and its prescaler is
 /// lost when the timer's value is changed.
 const PIC16_WITH_PWM: FamilyTiming = FamilyTiming { tick_cycles: &[1], max_period_ticks: u128::MAX, ..PIC16 };
 
@@ -77,8 +77,9 @@ const AP101: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 2,
 };
 
-/// The timing facts of a chip; `has_pwm` is true for a program with a PWM output.
-pub(crate) fn family_timing(chip: &Chip, has_pwm: bool) -> FamilyTiming {
+/// The timing facts of a chip; `uses_first_ccp` is true for a program with a PWM output at the module that
+/// else paces the scans of a PIC16.
+pub(crate) fn family_timing(chip: &Chip, uses_first_ccp: bool) -> FamilyTiming {
     match chip.family {
         // SBIS reaches the I/O registers at data addresses 20h to 3Fh (DS40002061, 7.4).
         ChipFamily::Avr if chip.reg("TIFR1").or(chip.reg("TIFR")).is_some_and(|addr| addr >= 0x40) => {
@@ -86,7 +87,7 @@ pub(crate) fn family_timing(chip: &Chip, has_pwm: bool) -> FamilyTiming {
         }
         ChipFamily::Avr => AVR,
         ChipFamily::Mcs51 => MCS51,
-        ChipFamily::Pic16 if has_pwm && chip.reg("CCP2CON").is_none() => PIC16_WITH_PWM,
+        ChipFamily::Pic16 if uses_first_ccp => PIC16_WITH_PWM,
         ChipFamily::Pic16 => PIC16,
         ChipFamily::Ap101 => AP101,
     }

@@ -2,7 +2,7 @@
 //! compiler's map.
 
 use emu_core::chip::Chip;
-use ladder::{Element, LadderOperand, LadderProgram, ProgramElement, SymbolKind};
+use ladder::{Element, LadderProgram, ProgramElement, SymbolKind};
 use ladder_compile::{ImageMap, PinAssignment, SpecialPin};
 
 use crate::CheckOptions;
@@ -35,7 +35,7 @@ impl ScanPace {
             max_period_ticks: most_ticks,
             poll_cycles,
             poll_cycles_with_rounds: poll_with_rounds,
-        } = family_timing(chip, pwm_frequency(program).is_some());
+        } = family_timing(chip, uses_first_ccp(program, options, chip));
         let clock_hz = ladder_compile::clock_hz(program, chip, options.clock_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
         let den = 1_000_000 * u128::from(clocks);
@@ -141,8 +141,14 @@ fn check_special_pins(
                     differences.push(Deviation::new(format!("{name} at {wanted}"), format!("at {pin}")));
                 }
             }
-            SpecialPin::Pwm { hertz, period, steps, .. } => {
-                let requested = pwm_frequency(program);
+            SpecialPin::Pwm { pin, name, hertz, period, steps } => {
+                let outputs = program.pwm_outputs();
+                let output = outputs.iter().find(|output| output.name == *name);
+                let requested = output.and_then(|output| output.hertz).map(u64::from);
+                let wanted = name.as_deref().and_then(|name| requested_pin(program, options, chip, name));
+                if let Some(wanted) = wanted.filter(|wanted| !wanted.eq_ignore_ascii_case(pin)) {
+                    differences.push(Deviation::new(format!("a PWM output at {wanted}"), format!("at {pin}")));
+                }
                 if requested != Some(*hertz) {
                     differences.push(Deviation::new(
                         format!("a PWM output of {} Hz", requested.unwrap_or(0)),
@@ -182,12 +188,16 @@ fn check_special_pins(
 /// Minimum number of steps of the duty cycle; a coarser PWM output is refused.
 const MIN_PWM_STEPS: u32 = 16;
 
-/// The frequency of the program's PWM output in Hz.
-pub(crate) fn pwm_frequency(program: &LadderProgram) -> Option<u64> {
-    program.elements().find_map(|ProgramElement { element, .. }| match element {
-        Element::SetPwm { hertz: LadderOperand::Const { value, .. }, .. } => u64::try_from(*value).ok(),
-        _ => None,
-    })
+/// True if a PWM output of the program takes the first CCP module of a PIC16, which else paces the scans: on
+/// chips with one module, with several outputs, and at the pin of that module.
+fn uses_first_ccp(program: &LadderProgram, options: &CheckOptions, chip: &Chip) -> bool {
+    let outputs = program.pwm_outputs();
+    let is_at_first = |name: &str| requested_pin(program, options, chip, name) == Some("RC2");
+    match &outputs[..] {
+        [] => false,
+        [output] => chip.reg("CCP2CON").is_none() || output.name.as_deref().is_some_and(is_at_first),
+        _ => true,
+    }
 }
 
 /// Checks the pins: each input and output has exactly one, no pin has two symbols, and the requested

@@ -54,8 +54,8 @@ pub(crate) struct CheckedPeripherals {
     pub bit_time: BitTime,
     /// The analog symbols in the evaluator's order, with their pins and their reference in millivolts.
     pub analog: Vec<(usize, PinId, u32)>,
-    /// The pin of the PWM output, with its expected timing.
-    pub pwm: Option<(PinId, ExpectedPwm)>,
+    /// The pins of the PWM outputs in the evaluator's order, with their expected timing.
+    pub pwm: Vec<(PinId, ExpectedPwm)>,
     /// The pins of the buses.
     pub buses: BusPins,
     /// Number of EEPROM cells in use, from address 0.
@@ -91,19 +91,22 @@ impl CheckedPeripherals {
             SpecialPin::Receive { pin, .. } => Some(pin),
             _ => None,
         });
-        let pulses = eval.pwm_hz().is_some();
-        let pwm = pin("the PWM output", pulses, &|special| match special {
-            SpecialPin::Pwm { pin, .. } => Some(pin),
-            _ => None,
-        });
-        let wanted = map.specials.iter().find_map(|special| match special {
-            SpecialPin::Pwm { period, steps, .. } => Some(ExpectedPwm {
-                period: (u128::from(period.num) * u128::from(pace.clocks_per_cycle), period.den.into()),
-                steps: u64::from(*steps),
-                tolerance_clocks: pace.clocks_per_cycle,
-            }),
-            _ => None,
-        });
+        let mut pwm = Vec::new();
+        for output in eval.pwm_outputs() {
+            let at = pin("a PWM output", true, &|special| match special {
+                SpecialPin::Pwm { pin, name, .. } if *name == output.name => Some(pin),
+                _ => None,
+            });
+            let wanted = map.specials.iter().find_map(|special| match special {
+                SpecialPin::Pwm { period, steps, name, .. } if *name == output.name => Some(ExpectedPwm {
+                    period: (u128::from(period.num) * u128::from(pace.clocks_per_cycle), period.den.into()),
+                    steps: u64::from(*steps),
+                    tolerance_clocks: pace.clocks_per_cycle,
+                }),
+                _ => None,
+            });
+            pwm.extend(at.zip(wanted));
+        }
         let mut analog = Vec::new();
         for symbol in eval.adc_symbols() {
             let name = eval.symbols().get(symbol).map_or("", |s| s.name.as_str());
@@ -130,7 +133,7 @@ impl CheckedPeripherals {
             (program.uses_part(ChipPart::Spi) && buses.spi.is_none(), "the SPI bus"),
             (sends && transmit.is_none(), "the transmitter"),
             (receives && receive.is_none(), "the receiver"),
-            (pulses && pwm.is_none(), "the PWM output"),
+            (pwm.len() < eval.pwm_outputs().len(), "a PWM output"),
             (analog.len() < eval.adc_symbols().count(), "an analog input"),
         ];
         faults
@@ -143,7 +146,7 @@ impl CheckedPeripherals {
             receive,
             bit_time: BitTime { hz: pace.clock_hz, baud: program.settings.baud.unwrap_or(1) },
             analog,
-            pwm: pwm.zip(wanted),
+            pwm,
             buses,
             eeprom_cells: eval.eeprom().len() as u32,
             clocks_per_cycle: pace.clocks_per_cycle,
@@ -155,7 +158,7 @@ impl CheckedPeripherals {
         let serial = self.transmit.into_iter().chain(self.receive);
         serial
             .chain(self.buses.pins())
-            .chain(self.pwm.map(|pwm| pwm.0))
+            .chain(self.pwm.iter().map(|pwm| pwm.0))
             .chain(self.analog.iter().map(|analog| analog.1))
     }
 

@@ -13,8 +13,8 @@ use crate::chip::serial_line::SerialListener;
 pub(crate) struct PinListener {
     /// The transmitter's pin with its receiver.
     pub serial: Option<(PinId, SerialListener)>,
-    /// The pin of the PWM output with its meter.
-    pub pwm: Option<(PinId, PwmMeter)>,
+    /// The pins of the PWM outputs with their meters.
+    pub pwm: Vec<(PinId, PwmMeter)>,
     /// The devices on the buses.
     pub buses: Option<BusDevices>,
     clocks: u64,
@@ -24,9 +24,9 @@ impl PinListener {
     /// The probe for a program; `None` if there is nothing to observe.
     pub(crate) fn new(of: &CheckedPeripherals) -> Option<PinListener> {
         let serial = of.transmit.map(|pin| (pin, SerialListener::new(of.bit_time, 2 * of.clocks_per_cycle)));
-        let pwm = of.pwm.map(|(pin, wanted)| (pin, PwmMeter::new(wanted)));
+        let pwm: Vec<_> = of.pwm.iter().map(|&(pin, wanted)| (pin, PwmMeter::new(wanted))).collect();
         let buses = BusDevices::new(of.buses);
-        (serial.is_some() || pwm.is_some() || buses.is_some()).then_some(PinListener {
+        (serial.is_some() || !pwm.is_empty() || buses.is_some()).then_some(PinListener {
             serial,
             pwm,
             buses,
@@ -41,10 +41,11 @@ impl Probe for PinListener {
     fn on_event(&mut self, event: ChipEvent) -> bool {
         if let ChipEvent::Edge { at: CycleTime { cycle, phase }, pin, level } = event {
             let (clock, high) = (cycle * self.clocks + u64::from(phase), level == PinLevel::High);
-            match (&mut self.serial, &mut self.pwm) {
-                (Some((line, listener)), _) if *line == pin => listener.note_edge(clock, high),
-                (_, Some((output, meter))) if *output == pin => meter.note_edge(clock, high),
-                _ => {}
+            if let Some((_, listener)) = self.serial.as_mut().filter(|(line, _)| *line == pin) {
+                listener.note_edge(clock, high);
+            }
+            for (_, meter) in self.pwm.iter_mut().filter(|(output, _)| *output == pin) {
+                meter.note_edge(clock, high);
             }
             if let Some(buses) = &mut self.buses {
                 buses.note_edge(pin, high);

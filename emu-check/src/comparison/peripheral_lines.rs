@@ -4,9 +4,8 @@
 use std::collections::VecDeque;
 
 use emu_core::pins::{CycleTime, PinLevel};
-use ladder_eval::{BusEvent, Evaluator};
+use ladder_eval::Evaluator;
 
-use crate::chip::bus_devices::event_text;
 use crate::chip::families::CheckedChip;
 use crate::chip::program_places::ProgramPlaces;
 use crate::chip::runner::ChipRunner;
@@ -99,8 +98,7 @@ impl PeripheralLines {
     /// At the start of a scan: chooses the byte that devices on the buses answer in it.
     pub(crate) fn choose_answer<C: CheckedChip>(&self, runner: &mut ChipRunner<'_, C>, eval: &mut Evaluator) {
         if let Some(devices) = runner.listener.as_mut().and_then(|listener| listener.buses.as_mut()) {
-            devices.answer = (eval.scans() as u8).wrapping_mul(0x9D) ^ 0x5A;
-            eval.set_bus_answer(devices.answer);
+            devices.choose_answer(eval);
         }
     }
 
@@ -112,10 +110,11 @@ impl PeripheralLines {
             self.awaited.push_back(AwaitedByte { byte, earliest: now, latest: u64::MAX, scan: runner.scans_started() });
         }
         let longest_scan_clocks = self.longest_scan_clocks;
-        if let Some((_, meter)) = runner.listener.as_mut().and_then(|listener| listener.pwm.as_mut())
-            && meter.duty() != eval.pwm_percent()
-        {
-            meter.set_duty(now + longest_scan_clocks, eval.pwm_percent());
+        let meters = runner.listener.iter_mut().flat_map(|listener| &mut listener.pwm);
+        for ((_, meter), duty) in meters.zip(eval.pwm_duties()) {
+            if meter.duty() != *duty {
+                meter.set_duty(now + longest_scan_clocks, *duty);
+            }
         }
     }
 
@@ -172,19 +171,7 @@ impl PeripheralLines {
 pub(crate) fn compare_buses<C: CheckedChip>(runner: &mut ChipRunner<'_, C>, eval: &Evaluator) -> Result<u64, Mismatch> {
     let cycle = runner.cpu.cycle();
     let Some(devices) = runner.listener.as_mut().and_then(|listener| listener.buses.as_mut()) else { return Ok(0) };
-    let difference =
-        |expected: String, found: String| Err(Mismatch::of_text(DifferenceKind::Bus, cycle, expected, found));
-    let (wanted, found) = (eval.bus_events(), std::mem::take(&mut devices.events));
-    let text = |event: Option<&BusEvent>| event.map_or_else(|| "no transfer".to_owned(), event_text);
-    if let Some(fault) = devices.fault.take() {
-        return difference(text(wanted.get(found.len())), fault);
-    }
-    for n in 0..wanted.len().max(found.len()) {
-        if wanted.get(n) != found.get(n) {
-            return difference(text(wanted.get(n)), text(found.get(n)));
-        }
-    }
-    Ok(wanted.len() as u64 + 1)
+    devices.compare(eval).map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Bus, cycle, deviation))
 }
 
 fn byte_name(byte: u8) -> String {
@@ -199,10 +186,14 @@ fn frame_text(frame: &SerialFrame) -> String {
 
 /// Compares the PWM output as measured.
 fn compare_pwm<C: CheckedChip>(runner: &ChipRunner<'_, C>) -> Result<u64, Mismatch> {
-    let Some((_, meter)) = runner.listener.as_ref().and_then(|listener| listener.pwm.as_ref()) else { return Ok(0) };
-    meter
-        .judge(runner.clock())
-        .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pwm, runner.cpu.cycle(), deviation))
+    let meters = runner.listener.iter().flat_map(|listener| &listener.pwm);
+    let mut compared = 0;
+    for (_, meter) in meters {
+        compared += meter
+            .judge(runner.clock())
+            .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pwm, runner.cpu.cycle(), deviation))?;
+    }
+    Ok(compared)
 }
 
 /// Compares the cells of the EEPROM, once the evaluator's last write is complete.

@@ -9,8 +9,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use ladder::il::IlAction;
 use ladder::{
-    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
-    TimerKind,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode,
+    SerialTransfer, SymbolKind, TimerKind,
 };
 
 use crate::stimulus::generator::MAX_SWEEP_INPUTS;
@@ -172,7 +172,7 @@ impl<'a> AnalysisPass<'a> {
             Element::Flow { op: FlowOp::Goto, .. } => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Flow { .. } | Element::Return | Element::Lock => same,
             Element::SeedRandom { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => same,
-            Element::NpulseOff => same,
+            Element::NpulseOff | Element::Text { .. } => same,
             Element::Segments { dest, src, .. } => {
                 self.integers.remove(dest);
                 if let LadderOperand::Var(name) = src {
@@ -293,7 +293,7 @@ impl<'a> AnalysisPass<'a> {
                 self.integers.remove(name);
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
             }
-            Element::UartSend { rest: Some((1, 1)), .. } => when(FALSE_FALSE, TRUE_FALSE),
+            Element::UartSend { rest: Some(SerialTransfer { bytes: 1, wait: 1 }), .. } => when(FALSE_FALSE, TRUE_FALSE),
             // The current result of Instruction List does not begin anew with a rung.
             Element::Instruction(step) => {
                 element.facts().written().for_each(|name| _ = self.bits.insert(name.to_owned(), BOTH));

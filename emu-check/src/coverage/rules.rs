@@ -1,6 +1,6 @@
 //! The coverage rules: which outcomes of each element a check should see.
 
-use ladder::{CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, TimerKind};
+use ladder::{CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, SerialTransfer, TimerKind};
 use ladder_eval::Evaluator;
 
 use crate::coverage::classes::CoverageClass;
@@ -136,7 +136,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             (CoverageClass::Counters, vec![("steps", IN, Changed(c)), ("rests on a true rung", TRUE_FALSE, Always)])
         }
         // A single byte that was waited for has gone.
-        Element::UartSend { rest: Some((1, 1..)), .. } => {
+        Element::UartSend { rest: Some(SerialTransfer { bytes: 1, wait: 1.. }), .. } => {
             (CoverageClass::Serial, vec![("sends", TRUE_FALSE, SentByte), ("rests", FALSE_FALSE, Always)])
         }
         Element::UartSend { .. } => {
@@ -162,7 +162,9 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::Flow { op: FlowOp::Goto | FlowOp::Gosub, .. } | Element::Return => (CoverageClass::Actions, acts()),
         Element::Segments { .. } | Element::TimeValue { .. } | Element::Random { .. } => (CoverageClass::Actions, acts()),
         Element::SeedRandom { .. } | Element::Lock | Element::NpulseOff => (CoverageClass::Actions, acts()),
-        Element::Flow { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => return None,
+        Element::Flow { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog | Element::Text { .. } => {
+            return None;
+        }
         Element::Instruction(step) => return instruction_outcomes(step, symbol),
         Element::Comment(_) | Element::Short | Element::Open | Element::Placeholder => return None,
     })

@@ -9,7 +9,7 @@ use ladder_eval::Evaluator;
 
 use crate::CheckOptions;
 use crate::chip::bus_devices::BusPins;
-use crate::chip::map_contract::{ScanPace, pwm_frequency, requested_pin};
+use crate::chip::map_contract::{ScanPace, requested_pin};
 use crate::chip::peripherals::{CheckedPeripherals, SerialUse, reference_millivolts, serial_use};
 use crate::chip::program_places::ProgramPlaces;
 use crate::chip::serial_line::BitTime;
@@ -37,8 +37,8 @@ pub(crate) struct ForeignBoard {
     pub outputs: Vec<(usize, PinId)>,
     /// The serial line, the analog inputs and the EEPROM; the PWM output is in `pwm`.
     pub peripherals: CheckedPeripherals,
-    /// The PWM output: pin and frequency in Hz.
-    pub pwm: Option<(PinId, u64)>,
+    /// The PWM outputs in the evaluator's order: pin and frequency in Hz; none if they are not compared.
+    pub pwm: Vec<(PinId, u64)>,
     /// The EEPROM variables that are compared.
     pub eeprom_variables: Vec<EepromVariable>,
     /// Per symbol: whether its value depends on the moment at which a byte is sent.
@@ -47,6 +47,8 @@ pub(crate) struct ForeignBoard {
     pub left_out: Vec<String>,
     /// True if the values of sent bytes are compared.
     pub compares_bytes: bool,
+    /// True if the transfers on buses are compared.
+    pub compares_buses: bool,
     /// Number of scans that a byte takes.
     pub scans_per_byte: u64,
     /// The locations of the symbols, if a map is given.
@@ -79,6 +81,12 @@ impl ForeignBoard {
             });
             map.pins.iter().find(|pin| pin.name == name).map(|pin| pin.pin.as_str()).or(analog)
         };
+        let pwm_of_map = |name: &str| {
+            map?.specials.iter().find_map(|special| match special {
+                SpecialPin::Pwm { pin, name: of, .. } if of.as_deref() == Some(name) => Some(pin.as_str()),
+                _ => None,
+            })
+        };
         let mut pin = |name: &str| {
             let requested = requested_pin(program, options, chip, name).or_else(|| of_map(name));
             let found = requested.and_then(|pin| chip.pin(pin));
@@ -107,13 +115,29 @@ impl ForeignBoard {
         let SerialUse { sends, receives } = serial_use(program);
         let uart = target.and_then(|target| target.uart).filter(|_| sends || receives);
         let (transmit, receive) = uart.map_or((None, None), |(tx, rx)| (chip.pin(tx), chip.pin(rx)));
-        let hertz = pwm_frequency(program).filter(|_| eval.pwm_hz().is_some());
-        let pwm = target.and_then(|target| chip.pin(target.pwm?)).zip(hertz);
+        let first_pwm = target.and_then(|target| target.pwm.first()).map(|at| at.pin);
+        let mut pwm = Vec::new();
+        for output in eval.pwm_outputs() {
+            let name = output.name.as_deref();
+            let chosen = name.and_then(|name| requested_pin(program, options, chip, name).or_else(|| pwm_of_map(name)));
+            let found = chosen.or(first_pwm.filter(|_| eval.pwm_outputs().len() == 1)).and_then(|pin| chip.pin(pin));
+            if found.is_none() {
+                fault(match (name, first_pwm) {
+                    (Some(name), Some(_)) => format!("the pin of `{name}` on {} is not known", chip.name),
+                    _ => format!("{} has no PWM output that programs use", chip.name),
+                });
+            }
+            pwm.extend(found.map(|pin| (pin, u64::from(output.hertz))));
+        }
         if (sends || receives) && uart.is_none() {
             fault(format!("{} has no serial line that programs use", chip.name));
         }
-        if eval.pwm_hz().is_some() && pwm.is_none() {
-            fault(format!("{} has no PWM output that programs use", chip.name));
+        let buses = bus_pins(program, chip);
+        if program.uses_part(ChipPart::I2c) && buses.i2c.is_none() {
+            fault(format!("{} has no I2C bus that programs use", chip.name));
+        }
+        if program.uses_part(ChipPart::Spi) && buses.spi.is_none() {
+            fault(format!("{} has no SPI bus that programs use", chip.name));
         }
         if !faults.is_empty() {
             return Err(faults);
@@ -135,8 +159,9 @@ impl ForeignBoard {
         if !compares_bytes {
             left_out.push("values of bytes: they depend on the moment at which others were sent".to_owned());
         }
-        if program.uses_part(ChipPart::I2c) || program.uses_part(ChipPart::Spi) {
-            left_out.push("transfers on buses: no device is at their pins, and reads give FFh".to_owned());
+        let compares_buses = timing_dependent.is_empty();
+        if buses.pins().next().is_some() && !compares_buses {
+            left_out.push("transfers on buses: they may depend on the moment at which a byte is sent".to_owned());
         }
         let mut addr = 0;
         let mut eeprom_variables = Vec::new();
@@ -160,12 +185,14 @@ impl ForeignBoard {
             receive: receive.filter(|_| receives),
             bit_time: BitTime { hz: pace.clock_hz, baud },
             analog,
-            pwm: None,
-            buses: BusPins::default(),
+            pwm: Vec::new(),
+            buses,
             eeprom_cells: addr,
             clocks_per_cycle: pace.clocks_per_cycle,
         };
-        let pwm = pwm.filter(|_| !timing_dependent_duty);
+        if timing_dependent_duty {
+            pwm.clear();
+        }
         let timing_dependent = eval.symbols().iter().map(is_timing_dependent).collect();
         Ok(ForeignBoard {
             chip,
@@ -178,6 +205,7 @@ impl ForeignBoard {
             timing_dependent,
             left_out,
             compares_bytes,
+            compares_buses,
             scans_per_byte,
             places,
         })
@@ -186,6 +214,20 @@ impl ForeignBoard {
     /// The chip's name of a pin, such as `PD2`.
     pub(super) fn pin_name(&self, pin: PinId) -> &'static str {
         self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
+    }
+}
+
+/// The pins of the buses that a program uses: those at which the compiler puts them.
+fn bus_pins(program: &LadderProgram, chip: &Chip) -> BusPins {
+    let target = ladder_compile::find_target(chip.name);
+    let i2c = target.and_then(|target| target.i2c).filter(|_| program.uses_part(ChipPart::I2c));
+    let spi = target.and_then(|target| target.spi).filter(|_| program.uses_part(ChipPart::Spi));
+    BusPins {
+        i2c: i2c.and_then(|(data, clock)| chip.pin(data).zip(chip.pin(clock))),
+        spi: spi.and_then(|names| match names.map(|name| chip.pin(name)) {
+            [Some(select), Some(clock), Some(out), Some(input)] => Some([select, clock, out, input]),
+            _ => None,
+        }),
     }
 }
 

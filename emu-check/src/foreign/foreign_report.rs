@@ -199,6 +199,7 @@ impl ForeignDifference {
             (DifferenceKind::Serial, None) => "the serial line".to_owned(),
             (DifferenceKind::Pwm, None) => "the PWM output".to_owned(),
             (DifferenceKind::Eeprom, None) => "the EEPROM".to_owned(),
+            (DifferenceKind::Bus, None) => "a bus".to_owned(),
             _ => "the course of the program".to_owned(),
         };
         _ = writeln!(text, "  what      {what} [{}]", self.code);

@@ -119,6 +119,9 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             self.incoming = None;
         }
         step.apply(self.hints, &mut self.eval);
+        if let Some(devices) = &mut self.listener.buses {
+            devices.choose_answer(&mut self.eval);
+        }
         let evaluated = EvaluatedScan::run(&mut self.eval);
         for &byte in self.eval.sent_bytes() {
             self.sent = true;
@@ -204,7 +207,15 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         let word = self.board.chip.word_bytes.max(1);
         let at = |pc: u32| format!("0x{:04X}", pc * word);
         let found = loop {
-            match self.cpu.run(until, &mut self.listener) {
+            let stop = self.cpu.run(until, &mut self.listener);
+            // A device on a bus answers an edge before the next one of the chip.
+            if let Some((pin, level)) = self.listener.buses.as_mut().and_then(|buses| buses.drive.take()) {
+                self.cpu.drive(CycleTime::at(self.cpu.cycle()), pin, level);
+                if stop == StopReason::Probe {
+                    continue;
+                }
+            }
+            match stop {
                 StopReason::Breakpoint { pc } if pc == to => return Ok(()),
                 // A scan that takes longer than a period leaves no time to wait.
                 StopReason::Breakpoint { pc } if pc == self.scan_loop.start && to == self.scan_loop.wait => {
@@ -315,12 +326,17 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         if let Some(&(_, byte)) = self.awaited.front().filter(|(sent_in_scan, _)| is_late(*sent_in_scan)) {
             return Err(ForeignMismatch::of_text(DifferenceKind::Serial, byte_name(byte), "nothing sent".to_owned()));
         }
-        if let Some((_, pulses)) = &mut self.listener.pwm {
+        for ((_, pulses), duty) in self.listener.pwm.iter_mut().zip(self.eval.pwm_duties()) {
             self.compared += 1;
             if let Some(Deviation { expected, found }) = pulses.judge(clock) {
                 return Err(ForeignMismatch::of_text(DifferenceKind::Pwm, expected, found));
             }
-            pulses.set_duty(clock, self.eval.pwm_percent());
+            pulses.set_duty(clock, *duty);
+        }
+        if let Some(devices) = self.listener.buses.as_mut().filter(|_| self.board.compares_buses) {
+            self.compared += devices.compare(&self.eval).map_err(|Deviation { expected, found }| {
+                ForeignMismatch::of_text(DifferenceKind::Bus, expected, found)
+            })?;
         }
         self.compare_eeprom()
     }
@@ -367,6 +383,9 @@ pub(crate) fn wire_board<C: CheckedChip>(cpu: &mut C, board: &ForeignBoard) {
     }
     if let Some(pin) = board.peripherals.receive {
         cpu.drive(now, pin, PinLevel::High);
+    }
+    for pin in board.peripherals.buses.pull_ups() {
+        cpu.drive(now, pin, PinLevel::PullUp);
     }
 }
 

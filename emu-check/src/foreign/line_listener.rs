@@ -1,9 +1,10 @@
-//! A probe at the pins of a foreign image: the serial line, the PWM output, and all outputs before the first
-//! scan.
+//! A probe at the pins of a foreign image: the serial line, the PWM outputs, the buses, and all outputs
+//! before the first scan.
 
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
+use crate::chip::bus_devices::BusDevices;
 use crate::chip::deviation::Deviation;
 use crate::chip::serial_line::SerialListener;
 
@@ -15,8 +16,10 @@ pub(crate) struct LineListener {
     clocks: u64,
     /// The transmitter's pin with its receiver.
     pub serial: Option<(PinId, SerialListener)>,
-    /// The pin of the PWM output with its meter.
-    pub pwm: Option<(PinId, ForeignPwmMeter)>,
+    /// The pins of the PWM outputs with their meters.
+    pub pwm: Vec<(PinId, ForeignPwmMeter)>,
+    /// The devices on the buses.
+    pub buses: Option<BusDevices>,
     /// Outputs with the clock of their first rising edge; they are observed until the first scan has started.
     pub outputs: Vec<(PinId, Option<u64>)>,
     /// True until the first scan has started.
@@ -31,7 +34,10 @@ impl LineListener {
             serial: of.transmit.map(|pin| (pin, SerialListener::new(of.bit_time, 2 * of.clocks_per_cycle))),
             pwm: board
                 .pwm
-                .map(|(pin, hertz)| (pin, ForeignPwmMeter::new(board.pace.clock_hz, hertz, of.clocks_per_cycle))),
+                .iter()
+                .map(|&(pin, hertz)| (pin, ForeignPwmMeter::new(board.pace.clock_hz, hertz, of.clocks_per_cycle)))
+                .collect(),
+            buses: BusDevices::new(of.buses),
             outputs: board.outputs.iter().map(|&(_, pin)| (pin, None)).collect(),
             is_before_first_scan: true,
         }
@@ -49,9 +55,7 @@ impl Probe for LineListener {
         {
             listener.note_edge(clock, high);
         }
-        if let Some((output, pulses)) = &mut self.pwm
-            && *output == pin
-        {
+        for (_, pulses) in self.pwm.iter_mut().filter(|(output, _)| *output == pin) {
             pulses.note_edge(clock, high);
         }
         // An edge in the first two cycles is caused by the reset of the chip.
@@ -60,7 +64,10 @@ impl Probe for LineListener {
                 output.1.get_or_insert(clock);
             });
         }
-        false
+        self.buses.as_mut().is_some_and(|buses| {
+            buses.note_edge(pin, high);
+            buses.drive.is_some()
+        })
     }
 }
 

@@ -3,12 +3,12 @@
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{
-    BusOp, BusTransfer, CompareOp, CounterKind, CurvePoint, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp,
-    TimerKind, UnaryOp,
+    BusOp, BusTransfer, CompareOp, CounterKind, CurvePoint, Element, LadderOperand, MathOp, PwmChoice, SegmentDisplay,
+    SerialTransfer, ShiftOp, TimerKind, UnaryOp,
 };
 
 use super::generator::ProgramGenerator;
-use super::program_style::ElementSort;
+use super::program_style::{ElementSort, ProgramProfile};
 
 /// Boundary values: of signs, bytes, words and decimal digits.
 #[rustfmt::skip]
@@ -61,12 +61,14 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         }
         ElementSort::Send => {
             let name = random_integer(draw);
-            let rest = random_transfer(draw).map(|(bytes, _)| (bytes, u32::from(draws_wait(draw))));
+            let rest = random_transfer(draw).map(|rest| SerialTransfer { wait: u32::from(draws_wait(draw)), ..rest });
             Element::UartSend { name, rest }
         }
         ElementSort::Receive => {
             let name = random_integer(draw);
-            Element::UartRecv { name, rest: random_transfer(draw) }
+            let rest = random_transfer(draw);
+            let rest = rest.map(|rest| SerialTransfer { wait: u32::from(draw.rng.one_in(3)), ..rest });
+            Element::UartRecv { name, rest }
         }
         ElementSort::Text => random_text(draw),
         ElementSort::Coil => random_coil(draw),
@@ -96,7 +98,9 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
             let hertz = constant_operand(draw.style.hertz as i64);
             let duty =
                 if draw.rng.one_in(3) { constant_operand(draw.rng.below(101) as i64) } else { random_operand(draw) };
-            Element::SetPwm { duty, hertz, output: None }
+            let output = (draw.style.profile == ProgramProfile::Outputs)
+                .then(|| PwmChoice { name: draw.pick(&["Pa", "Pb"]).to_owned(), resolution: "0-100".to_owned() });
+            Element::SetPwm { duty, hertz, output }
         }
         ElementSort::Bus => random_bus_element(draw),
         ElementSort::Persist => Element::Persist { name: random_integer(draw) },
@@ -115,8 +119,8 @@ fn draws_wait(draw: &mut ProgramGenerator) -> bool {
 
 /// How many bytes UART_SEND or UART_RECV transfers; the generator makes them fit the
 /// integer.
-fn random_transfer(draw: &mut ProgramGenerator) -> Option<(u32, u32)> {
-    (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| (1 + draw.rng.below(4) as u32, 0))
+fn random_transfer(draw: &mut ProgramGenerator) -> Option<SerialTransfer> {
+    (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| SerialTransfer { bytes: 1 + draw.rng.below(4) as u32, wait: 0 })
 }
 
 /// What LDmicro 5 does with the bits of integers.

@@ -4,7 +4,9 @@ use std::collections::HashMap;
 
 use diag::Pos;
 use emu_core::rng::Rng;
-use ladder::{Element, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, RungNode, VarEntry};
+use ladder::{
+    Element, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, RungNode, SerialTransfer, VarEntry,
+};
 
 use super::element_generator::random_element;
 use super::flow_generator::add_flow;
@@ -46,7 +48,7 @@ fn fit_transfers(series: &mut [RungNode], widths: &HashMap<String, u32>) {
             RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| fit_transfers(branch, widths)),
             RungNode::Leaf(Element::UartSend { name, rest } | Element::UartRecv { name, rest }, _) => {
                 let width = widths.get(name.as_str()).copied().unwrap_or(1);
-                *rest = rest.map(|(bytes, wait)| (bytes.min(width), wait));
+                *rest = rest.map(|rest| SerialTransfer { bytes: rest.bytes.min(width), ..rest });
             }
             RungNode::Leaf(..) => {}
         }
@@ -210,6 +212,7 @@ mod tests {
         ("SLEEP",       "has no effect that the checker sees"),
         ("CLRWDT",      "has no effect that the checker sees"),
         ("LOCK",        "ends all scans, so that nothing else of the program would be checked"),
+        ("STRING",      "has no effect that the checker sees"),
     ];
 
     #[test]

@@ -22,6 +22,8 @@ pub enum ProgramProfile {
     Whole,
     /// In addition, one of the buses, but no PWM output, which has a pin of the SPI bus on some chips.
     Buses,
+    /// As Whole, with two PWM outputs in place of one.
+    Outputs,
 }
 
 impl ProgramProfile {
@@ -37,7 +39,8 @@ impl ProgramProfile {
             ProgramProfile::Buses => {
                 ProgramProfile::Whole.is_supported_by(target) && target.i2c.is_some() && target.spi.is_some()
             }
-            ProgramProfile::Whole => serial && target.pwm.is_some() && target.adc.len() >= 2 && target.eeprom >= 64,
+            ProgramProfile::Outputs => ProgramProfile::Whole.is_supported_by(target) && target.pwm.len() > 1,
+            ProgramProfile::Whole => serial && !target.pwm.is_empty() && target.adc.len() >= 2 && target.eeprom >= 64,
         }
     }
 }
@@ -244,6 +247,11 @@ impl ProgramStyle {
         }
         if profile >= ProgramProfile::Whole {
             style.integers.extend(style.analog.iter().cloned());
+        }
+        // Names of outputs are an argument of LDmicro 5.
+        let names_outputs = dialect == LadderDialect::Ldmicro5 && style.plain_integers.len().is_multiple_of(2);
+        if profile == ProgramProfile::Whole && names_outputs {
+            style.profile = ProgramProfile::Outputs;
         }
         style
     }

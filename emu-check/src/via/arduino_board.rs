@@ -313,7 +313,7 @@ impl<'a> RunningSketch<'a> {
     /// `None` without a PWM output, and if two periods do not fit between two scans.
     fn measured_duty(&self) -> Option<u8> {
         let period = CLOCK_HZ / u64::from(self.hertz?).max(1);
-        let pin = self.cpu.chip().pin(arduino::ARDUINO_BOARD.pwm?)?;
+        let pin = self.cpu.chip().pin(arduino::ARDUINO_BOARD.pwm.first()?.pin)?;
         if period * 5 > self.period * 2 {
             return None;
         }

@@ -8,13 +8,14 @@ const SERVE: &str = include_str!("serve.c");
 const PORTS: &str = include_str!("ports.c");
 
 /// Functions whose names a unit and its program share; a unit among several gets names of its own for them.
-const SHARED: [&str; 14] = [
+const SHARED: [&str; 15] = [
     "PlcInit",
     "PlcCycle",
     "PlcReadInput",
     "PlcWriteOutput",
     "PlcReadAdc",
     "PlcSetPwm",
+    "PlcSetPwmOutput",
     "PlcI2cWrite",
     "PlcI2cRead",
     "PlcSpi",

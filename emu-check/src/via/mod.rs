@@ -164,7 +164,14 @@ pub fn check(
             let sketch =
                 arduino::emit(program, &arduino::SketchOptions { pins: options.pins.clone(), debounce_ms: 0 })?;
             let image = ArduinoBoard::new().and_then(|board| board.build(&sketch.source)).map_err(for_program)?;
-            arduino_board::run_sketch(program, &sketch, &image, &stimulus, eval.pwm_hz()).map_err(for_program)?
+            arduino_board::run_sketch(
+                program,
+                &sketch,
+                &image,
+                &stimulus,
+                eval.pwm_outputs().first().map(|output| output.hertz),
+            )
+            .map_err(for_program)?
         }
     };
     Ok(make_report(program, via, options, &stimulus, compared))

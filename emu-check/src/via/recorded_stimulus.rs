@@ -34,7 +34,7 @@ pub(super) struct RecordedScan {
     pub sent: Vec<u8>,
     /// The transfers on buses as the number that `serve.c` makes of them.
     pub buses: u16,
-    /// Duty cycle of the PWM output in percent.
+    /// Duty cycle of the PWM output in percent; of several, the number that `serve.c` makes of them.
     pub duty: Option<u8>,
     /// Contents of the EEPROM after the scan.
     pub cells: Vec<u8>,
@@ -50,6 +50,15 @@ pub(super) struct RecordedStimulus {
     pub coverage: LadderCoverage,
     /// Names of the symbols, in the evaluator's order.
     pub names: Vec<String>,
+}
+
+/// The number that `serve.c` makes of the duty cycles: that of a single output itself.
+fn duty_number(duties: &[Option<u8>]) -> Option<u8> {
+    if let [duty] = duties {
+        return *duty;
+    }
+    let given = (0..).zip(duties).filter_map(|(output, duty)| Some((2 * output + 1) * (u32::from((*duty)?) + 1)));
+    given.reduce(|sum, part| sum + part).and_then(|sum| u8::try_from(sum % 251).ok())
 }
 
 /// Records `scans` scans of a program; without `bytes`, no byte is received.
@@ -86,7 +95,7 @@ pub(super) fn record_stimulus(
         goals.mark_reached(&EvaluatedScan::run(&mut eval));
         scan.values = (0..names.len()).map(|symbol| eval.get(symbol)).collect();
         scan.sent = eval.sent_bytes().to_vec();
-        scan.duty = eval.pwm_percent();
+        scan.duty = duty_number(eval.pwm_duties());
         scan.buses = bus_number(eval.bus_events());
         (scan.cells, scan.eeprom_idle) = (eval.eeprom().to_vec(), eval.eeprom_busy_scans() == 0);
         recorded.push(scan);

@@ -12,12 +12,20 @@ static unsigned char level[MOST_INPUTS], written[MOST_OUTPUTS], cell[MOST_CELLS]
 static int analog[MOST_ANALOG];
 static int received;
 static unsigned char sent, last, duty;
+static unsigned duties[16];
 static unsigned bus;
 
 unsigned char PlcReadInput(unsigned input) { return level[input]; }
 void PlcWriteOutput(unsigned output, unsigned char on) { written[output] = on; }
 int PlcReadAdc(unsigned input) { return analog[input]; }
 void PlcSetPwm(unsigned char percent) { duty = percent; }
+void PlcSetPwmOutput(unsigned output, unsigned char percent) { duties[output % 16] = percent + 1; }
+static unsigned char all_duties(void)
+{
+    unsigned sum = 0, output;
+    for (output = 0; output < 16; output++) sum += (2 * output + 1) * duties[output];
+    return sum == 0 ? duty : sum % 251;
+}
 unsigned char PlcReadEeprom(unsigned n) { return cell[n]; }
 void PlcWriteEeprom(unsigned n, unsigned char byte) { cell[n] = byte; }
 
@@ -99,6 +107,7 @@ static void reset(unsigned char garbage)
         cell[n] = 0xFF;
     received = -1;
     duty = 255;
+    { int n; for (n = 0; n < 16; n++) duties[n] = 0; }
     PlcInit();
 }
 
@@ -115,7 +124,7 @@ static void scan(void)
         put(written[n]);
     put(sent);
     put(last);
-    put(duty);
+    put(all_duties());
     put((unsigned char)(bus & 0xFFu));
     put((unsigned char)(bus >> 8));
     for (n = 0; n != CELLS; n++)

@@ -9,8 +9,19 @@ use ladder_compile::PinAssignment;
 
 /// Checks an image of our own compiler as a foreign image; its pins are given like on the command line.
 fn check_own_image(program: &LadderProgram, mcu: &str, with_map: bool, scans: u64) -> Option<ForeignReport> {
+    check_image_against(program, program, mcu, with_map, scans)
+}
+
+/// Checks the image of a program against another program in the same way.
+fn check_image_against(
+    compiled: &LadderProgram,
+    program: &LadderProgram,
+    mcu: &str,
+    with_map: bool,
+    scans: u64,
+) -> Option<ForeignReport> {
     let compiled = ladder_compile::compile(
-        program,
+        compiled,
         &ladder_compile::CompileOptions { mcu: mcu.to_owned(), ..ladder_compile::CompileOptions::default() },
     )
     .ok()?;
@@ -45,6 +56,32 @@ fn own_images_agree() {
         }
     }
     assert!(checked >= 24, "{checked}");
+}
+
+/// A program whose output depends on a byte of a device on a bus.
+fn bus_program(write: &str, read: &str) -> LadderProgram {
+    let text = format!(
+        "LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\nRUNG\n ADD n n 1\nEND\nRUNG\n CONTACTS Xa 0\n {write}\nEND\n\
+         RUNG\n CONTACTS Xa 0\n {read}\nEND\nRUNG\n GRT r 100\n COIL Yb 0 0 0\nEND\n"
+    );
+    common::parse("bus.ld", &text)
+}
+
+#[test]
+fn transfers_on_buses_are_judged_from_the_pins() {
+    let spi = "SPI b n r Master 0b00 8 MSB_FIRST 100000";
+    for (write, read, another) in [
+        ("I2C_WR b n - Master 32 5 MSB 0", "I2C_RD b - r Master 32 5 MSB 0", "I2C_WR b n - Master 32 6 MSB 0"),
+        (spi, spi, "SPI b 7 r Master 0b00 8 MSB_FIRST 100000"),
+    ] {
+        for mcu in ["atmega328p", "pic16f877"] {
+            let (program, other) = (bus_program(write, read), bus_program(another, read));
+            let report = check_own_image(&program, mcu, false, 300).expect("an image");
+            assert!(report.agreed && report.left_out.is_empty(), "{}", report.text());
+            let report = check_image_against(&other, &program, mcu, false, 300).expect("an image");
+            assert!(report.text().contains("a bus [EC"), "{}", report.text());
+        }
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ const SCANS: u64 = 120;
 
 /// A program with a clock that fits common baud rates and that all chips support.
 fn program(rungs: &str) -> LadderProgram {
-    let release = if rungs.contains(" Master ") { "0.2" } else { "0.1" };
+    let release = if [" Master ", " Pa", " 2 1\n"].iter().any(|of| rungs.contains(of)) { "0.2" } else { "0.1" };
     let head = format!("LDmicro{release}\nCYCLE=10000\nCRYSTAL=3686400\nBAUD=2400\nIO LIST\nEND\nPROGRAM");
     common::parse("peripherals.ld", &format!("{head}\n{rungs}\n"))
 }
@@ -40,6 +40,16 @@ const PROGRAMS: &[(&str, &str)] = &[
         RUNG\n GRT Ain 511\n COIL Yhalf 0 0 0\nEND",
     ),
     ("pwm", "RUNG\n CONTACTS Xa 0\n SET_PWM d 2000\nEND"),
+    (
+        "pwms",
+        "
+        RUNG\n ADD d d 9\nEND
+        RUNG\n CONTACTS Xa 0\n SET_PWM d 1800 Pa 0-100\nEND
+        RUNG\n CONTACTS Xb 0\n SET_PWM 30 1800 Pb\nEND
+        RUNG\n CONTACTS Xb 1\n SET_PWM e 1800 Pb\nEND
+        RUNG\n SUB e 90 d\nEND",
+    ),
+    ("held scan", "RUNG\n UART_RECV n 2 1\n COIL Ya 0 0 0\nEND\nRUNG\n CONTACTS Xa 0\n COIL Yb 0 0 0\nEND"),
     (
         "i2c",
         "
@@ -99,6 +109,9 @@ fn every_chip_that_has_the_part_agrees() {
     for mcu in ["pic16f628", "pic16f628a", "pic16f88", "pic16f819"] {
         assert!(agreed.contains(&("pwm", mcu)), "pwm on {mcu} is refused");
     }
+    for mcu in ["pic16f877", "atmega328p", "atmega644", "atmega16", "atmega128", "atmega162"] {
+        assert!(agreed.contains(&("pwms", mcu)), "two PWM outputs on {mcu} are refused");
+    }
     // A program that all chips refuse would not be tested.
     for (name, _) in PROGRAMS {
         assert!(agreed.iter().any(|(other, _)| other == name), "{name} runs on no chip");
@@ -138,6 +151,12 @@ const FAULTS: &[(&str, &str, &str, DifferenceKind)] = &[
         DifferenceKind::Bus,
     ),
     ("another frequency", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 50 2300\nEND", DifferenceKind::Map),
+    (
+        "two outputs exchanged",
+        "RUNG\n SET_PWM 20 1800 Pa\nEND\nRUNG\n SET_PWM 70 1800 Pb\nEND",
+        "RUNG\n SET_PWM 70 1800 Pa\nEND\nRUNG\n SET_PWM 20 1800 Pb\nEND",
+        DifferenceKind::Pwm,
+    ),
     ("another duty", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 52 2000\nEND", DifferenceKind::Pwm),
     ("no pulses", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 0 2000\nEND", DifferenceKind::Pwm),
     (

@@ -274,7 +274,7 @@ impl ProofSpace {
                 let value = self.opaque_term(&format!("adc {input}"), &[]);
                 self.set(ir, s, *dst, value);
             }
-            IrOp::SetPwm { duty } => self.record_output("duty", *duty, s),
+            IrOp::SetPwm { output, duty } => self.record_output(&format!("duty {output}"), *duty, s),
             IrOp::Send { value } => self.record_output("send", *value, s),
             IrOp::Receive { dst } => {
                 let (waits, byte) = (self.opaque_term("waits", &[s.parts]), self.opaque_term("byte", &[s.parts]));

@@ -2,6 +2,7 @@
 //! integers, peripherals.
 
 use ladder::SymbolKind;
+use ladder_eval::PwmChannel;
 use ratatui_core::style::Style;
 
 use super::LadderPanel;
@@ -190,16 +191,17 @@ fn serial(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow>
 
 fn duty(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
     let evaluator = panel.machine.evaluator();
-    let Some(hertz) = evaluator.pwm_hz() else { return Vec::new() };
-    let text = evaluator.pwm_percent().map_or("  off".to_owned(), |duty| format!("{duty:>3} %"));
-    let tail = format!(" at {hertz} Hz ");
-    let room = width.saturating_sub(text.len() + tail.len());
-    let bar = bar(usize::from(evaluator.pwm_percent().unwrap_or(0)) * 10, room);
-    vec![PanelRow::Line(vec![
-        (text, look.change()),
-        (tail, look.text()),
-        (bar, look.on(evaluator.pwm_percent().is_some())),
-    ])]
+    let outputs = evaluator.pwm_outputs();
+    let line = |(output, duty): (&PwmChannel, &Option<u8>)| {
+        let name =
+            output.name.as_ref().filter(|_| outputs.len() > 1).map_or_else(String::new, |name| format!("{name} "));
+        let text = name + &duty.map_or("  off".to_owned(), |duty| format!("{duty:>3} %"));
+        let tail = format!(" at {} Hz ", output.hertz);
+        let room = width.saturating_sub(text.chars().count() + tail.len());
+        let bar = bar(usize::from(duty.unwrap_or(0)) * 10, room);
+        PanelRow::Line(vec![(text, look.change()), (tail, look.text()), (bar, look.on(duty.is_some()))])
+    };
+    outputs.iter().zip(evaluator.pwm_duties()).map(line).collect()
 }
 
 fn eeprom(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {

@@ -41,8 +41,7 @@ pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
 }
 
 const BITS: &str = "and the machine computes with single bits";
-const TIMERS: &str =
-    "AP101 has contacts, coils, one shots, the master relay, timers and counters with constant limits, and RES";
+const TIMERS: &str = "choose an 8051, a PIC16 or an AVR: AP101 has only contacts, coils, one shots, the master relay, timers and counters with constant limits, and RES";
 
 /// Check of the operations of a program, in order.
 struct LimitCheck<'a> {

@@ -48,7 +48,7 @@ pub const TARGETS: &[CompileTarget] = &[CompileTarget {
     chip: &AP101,
     pins: &PINS,
     uart: None,
-    pwm: None,
+    pwm: &[],
     i2c: None,
     spi: None,
     adc: &[],

@@ -171,8 +171,7 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
     let receive = target.uart.filter(|_| ir.uart.receive).map(|(_, receive)| receive);
     let named: Vec<char> = ir.ports.iter().map(|cells| cells.letter).collect();
     let mut others: Vec<PinUse<'_>> = receive.iter().map(|&pin| PinUse { pin, high: true, driven: false }).collect();
-    let pwm = target.pwm.filter(|_| ir.pwm_hz.is_some());
-    others.extend(pwm.map(|pin| PinUse { pin, high: false, driven: true }));
+    others.extend(job.pwm_outputs().map(|(_, at)| PinUse { pin: at.pin, high: false, driven: true }));
     if let Some([select, clock, out, _]) = target.spi.filter(|_| ir.buses.spi.is_some()) {
         // The device is selected only during a byte.
         others.push(PinUse { pin: select, high: true, driven: true });

@@ -58,7 +58,6 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let uses = AvrUsage::of(job.ir);
     let layout = layout::layout(job, &uses, pace.fraction_bytes())
         .map_err(|needed| BuildRefusal::RamTooSmall { needed, available: chip.ram_len.into() })?;
-    let taps = emu_avr::chips::part(chip.name).and_then(|part| part.timers.get(2)).map_or(&[][..], |t| &t.taps);
     let lacks = || BuildRefusal::Unsupported {
         cause: format!("{} has no converter", chip.name),
         hint: "take a chip that has one, such as atmega328p".to_owned(),
@@ -69,7 +68,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         serial: serial::plan_uart(job)?,
         i2c: buses::plan_i2c(job),
         spi: buses::plan_spi(job),
-        pwm: pwm::plan_pwm(job, taps)?,
+        pwm: pwm::plan_pwm(job)?,
         adc_selects: inputs,
         conversion_iterations: turns,
         tables: Vec::new(),
@@ -372,9 +371,15 @@ fn special_pins(plan: &AvrBuildPlan<'_>) -> Vec<SpecialPin> {
     for pin in job.pins.iter().filter(|pin| pin.analog) {
         specials.push(SpecialPin::Analog { pin: pin.pin.to_owned(), name: pin.name.clone() });
     }
-    if let (Some(pwm), Some(pin), Some(hertz)) = (plan.devices.pwm, target.pwm, job.ir.pwm_hz) {
+    for (pwm, (output, at)) in plan.devices.pwm.iter().zip(job.pwm_outputs()) {
         let period = crate::map::Ratio { num: pwm.period(), den: 1 };
-        specials.push(SpecialPin::Pwm { pin: pin.to_owned(), hertz: hertz.into(), period, steps: pwm.steps() });
+        specials.push(SpecialPin::Pwm {
+            pin: at.pin.to_owned(),
+            name: output.name.clone(),
+            hertz: output.hertz.into(),
+            period,
+            steps: pwm.steps(),
+        });
     }
     specials
 }

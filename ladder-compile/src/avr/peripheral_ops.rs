@@ -23,8 +23,8 @@ pub struct AvrPeripherals {
     pub i2c: Option<AvrI2cSetup>,
     /// SPI bus, if used.
     pub spi: Option<AvrSpiSetup>,
-    /// PWM output, if used.
-    pub pwm: Option<AvrPwmSetup>,
+    /// PWM outputs in the order of their numbers.
+    pub pwm: Vec<AvrPwmSetup>,
     /// Value of ADMUX for each analog input.
     pub adc_selects: Vec<u8>,
     /// Maximum number of iterations of the loop that waits for a conversion.
@@ -112,9 +112,9 @@ impl AvrSelector<'_> {
         self.store_registers(dst, A);
     }
 
-    /// Sets the duty cycle of the PWM output to a value.
-    pub fn set_pwm(&mut self, duty: WordOperand) {
-        let Some(pwm) = self.devices.pwm else {
+    /// Sets the duty cycle of a PWM output to a value.
+    pub fn set_pwm(&mut self, output: u32, duty: WordOperand) {
+        let Some(&pwm) = self.devices.pwm.get(output as usize) else {
             self.internal_error = Some(CodegenError::NoPwmFrequency);
             return;
         };

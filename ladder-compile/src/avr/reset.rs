@@ -170,7 +170,7 @@ pub fn set_up_peripherals(
     if let Some(spi) = devices.spi {
         spi.start(asm, regs);
     }
-    if let Some(pwm) = devices.pwm {
+    for pwm in devices.pwm.iter().filter(|pwm| pwm.starts_timer) {
         pwm.start(asm, regs);
     }
     if let Some(&input) = devices.adc_selects.first() {

@@ -132,7 +132,7 @@ impl AvrSelector<'_> {
             IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
             IrOp::Lookup { dst, index, table } => self.look_up(*dst, *index, *table),
             IrOp::ReadAdc { dst, input } => self.read_adc(*dst, *input),
-            IrOp::SetPwm { duty } => self.set_pwm(*duty),
+            IrOp::SetPwm { output, duty } => self.set_pwm(*output, *duty),
             IrOp::Send { value } => self.send(*value),
             IrOp::WaitSent => self.wait_sent(),
             IrOp::Receive { dst } => self.receive(*dst),

@@ -4,7 +4,7 @@ use emu_avr::chips::AVR_CHIPS;
 use emu_core::chip::Chip;
 
 use super::build;
-use crate::target::CompileTarget;
+use crate::target::{CompileTarget, PwmPin};
 
 /// Chips of the family that the compiler supports.
 pub const TARGETS: &[CompileTarget] = &[
@@ -13,25 +13,34 @@ pub const TARGETS: &[CompileTarget] = &[
     target_x8("atmega168"),
     target_x8("atmega88"),
     target_x8("atmega48"),
-    target_x8("atmega8"),
+    // Timer 0 has no PWM, and timer 1 paces the scans.
+    CompileTarget { pwm: &[PwmPin::new("PB3", 2, 0)], ..target_x8("atmega8") },
     target_mega16("atmega16"),
     target_mega16("atmega32"),
-    target_mega16("atmega164p"),
-    target_mega16("atmega324p"),
-    target_mega16("atmega644"),
-    target_mega16("atmega1284"),
+    CompileTarget { pwm: PWM_644, ..target_mega16("atmega164p") },
+    CompileTarget { pwm: PWM_644, ..target_mega16("atmega324p") },
+    CompileTarget { pwm: PWM_644, ..target_mega16("atmega644") },
+    CompileTarget { pwm: PWM_644, ..target_mega16("atmega1284") },
     target_mega128("atmega64"),
     target_mega128("atmega128"),
     CompileTarget {
         pins: PINS_162,
         uart: Some(("PB3", "PB2")),
-        pwm: Some("PB1"),
+        pwm: &[PwmPin::new("PB1", 2, 0), PwmPin::new("PB0", 0, 0)],
         adc: &[],
         i2c: None,
         spi: SPI_40,
         ..target_x8("atmega162")
     },
 ];
+
+/// Pins of the PWM outputs of timers 2 and 0; timer 1 paces the scans.
+const PWM_X8: &[PwmPin] =
+    &[PwmPin::new("PB3", 2, 0), PwmPin::new("PD6", 0, 0), PwmPin::new("PD3", 2, 1), PwmPin::new("PD5", 0, 1)];
+const PWM_128: &[PwmPin] = &[PwmPin::new("PB7", 2, 0), PwmPin::new("PB4", 0, 0)];
+const PWM_16: &[PwmPin] = &[PwmPin::new("PD7", 2, 0), PwmPin::new("PB3", 0, 0)];
+const PWM_644: &[PwmPin] =
+    &[PwmPin::new("PD7", 2, 0), PwmPin::new("PB3", 0, 0), PwmPin::new("PD6", 2, 1), PwmPin::new("PB4", 0, 1)];
 
 /// PC6 is reset, PB6 and PB7 connect the crystal. PD0 and PD1 come last, because boards use them for the
 /// serial line.
@@ -42,7 +51,7 @@ const fn target_x8(name: &str) -> CompileTarget {
             "PC3", "PC4", "PC5", "PD0", "PD1",
         ],
         uart: Some(("PD1", "PD0")),
-        pwm: Some("PB3"),
+        pwm: PWM_X8,
         i2c: Some(("PC4", "PC5")),
         spi: Some(["PB2", "PB5", "PB3", "PB4"]),
         adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
@@ -60,7 +69,7 @@ const fn target_mega16(name: &str) -> CompileTarget {
             "PC6", "PC7", "PA0", "PA1", "PA2", "PA3", "PA4", "PA5", "PA6", "PA7", "PD7", "PC2", "PC3", "PC4", "PC5",
             "PD0", "PD1",
         ],
-        pwm: Some("PD7"),
+        pwm: PWM_16,
         i2c: Some(("PC1", "PC0")),
         spi: SPI_40,
         adc: &[("PA0", 0), ("PA1", 1), ("PA2", 2), ("PA3", 3), ("PA4", 4), ("PA5", 5), ("PA6", 6), ("PA7", 7)],
@@ -78,7 +87,7 @@ const fn target_mega128(name: &str) -> CompileTarget {
             "PF4", "PF5", "PF6", "PF7", "PE0", "PE1", "PD2", "PD3",
         ],
         uart: Some(("PD3", "PD2")),
-        pwm: Some("PB7"),
+        pwm: PWM_128,
         i2c: Some(("PD1", "PD0")),
         spi: Some(["PB0", "PB1", "PB2", "PB3"]),
         adc: &[("PF0", 0), ("PF1", 1), ("PF2", 2), ("PF3", 3), ("PF4", 4), ("PF5", 5), ("PF6", 6), ("PF7", 7)],

@@ -98,7 +98,7 @@ impl AvrUsage {
                 self.value(*value);
                 dst.iter().for_each(|dst| self.word(*dst));
             }
-            IrOp::SetPwm { duty: value } | IrOp::Send { value } => self.value(*value),
+            IrOp::SetPwm { duty: value, .. } | IrOp::Send { value } => self.value(*value),
             IrOp::WriteEeprom { src, busy, .. } => {
                 self.word(*src);
                 self.word(*busy);

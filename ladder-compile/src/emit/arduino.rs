@@ -14,12 +14,12 @@ use ladder::{LadderProgram, SymbolKind};
 
 use super::body::{CellSpelling, StatementWriter, literal};
 use super::names::{IdentifierPool, comment_text};
-use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
+use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, refuse_further_pwm, tables};
 use crate::CodegenError;
 use crate::codes;
 use crate::ir::{BitRole, Ir, WordRole};
-use crate::pins::{self, AssignedPin, PinAssignment};
-use crate::target::{BuildRefusal, CompileJob, CompileTarget};
+use crate::pins::{self, AssignedPin, PinAssignment, PinPlan};
+use crate::target::{BuildRefusal, CompileJob, CompileTarget, PwmPin};
 
 /// The board: an ATmega328P with its pins in the order of their board numbers, those of the serial line last.
 ///
@@ -31,7 +31,7 @@ pub const ARDUINO_BOARD: CompileTarget = CompileTarget {
         "PC4", "PC5", "PD0", "PD1",
     ],
     uart: Some(("PD1", "PD0")),
-    pwm: Some("PB1"),
+    pwm: &[PwmPin::new("PB1", 1, 0)],
     adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
     eeprom: 1024,
     i2c: Some(("PC4", "PC5")),
@@ -76,11 +76,14 @@ pub struct ArduinoSketch {
 /// The errors of [`lower_and_optimise`]; pins that the board lacks or that are assigned twice; a PWM
 /// frequency that the board cannot generate.
 pub fn emit(program: &LadderProgram, options: &SketchOptions) -> Result<ArduinoSketch, Vec<Diagnostic>> {
+    if let Some(refusal) = refuse_further_pwm(program, "a sketch") {
+        return Err(vec![refusal]);
+    }
     let mut ir = lower_and_optimise(program)?;
     ir.set_bits_in_first_scan();
     let mut notes = Vec::new();
-    let pins = pins::assign_pins(program, &options.pins, &BOARD_TARGET, &mut notes);
-    if let Some(hz) = ir.pwm_hz.filter(|hz| u64::from(*hz) * 20 > CLOCK_HZ) {
+    let PinPlan { pins, .. } = pins::assign_pins(program, &options.pins, &BOARD_TARGET, &mut notes);
+    if let Some(hz) = ir.pwms.iter().map(|output| output.hertz).find(|hz| u64::from(*hz) * 20 > CLOCK_HZ) {
         let cause = format!("SET_PWM requests {hz} Hz, a board of 16 MHz makes at most {} Hz", CLOCK_HZ / 20);
         let at = Pos::default();
         notes.push(Diagnostic::new(Severity::Error, codes::PWM, &program.file, at, cause, "choose a lower frequency"));
@@ -155,7 +158,7 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_
     text += "\n/* When the next scan begins. */\nunsigned long due;\n\nvoid setup()\n{\n";
     text += &each(BitRole::Input, "setup");
     text += &each(BitRole::Output, "setup");
-    if ir.pwm_hz.is_some() {
+    if !ir.pwms.is_empty() {
         text += "    PlcSetupPwm();\n";
     }
     if ir.uart.send || ir.uart.receive {
@@ -400,7 +403,7 @@ fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String 
         }
         text += "    default: return 0;\n    }\n}\n";
     }
-    if let Some(hz) = ir.pwm_hz {
+    if let Some(hz) = ir.pwms.first().map(|output| output.hertz) {
         let _ = write!(text, "\n#define PWM_HZ {hz}UL{PWM_FUNCTIONS}");
     }
     if let Some(hz) = ir.buses.i2c {

@@ -153,13 +153,19 @@ impl<'a> StatementWriter<'a> {
                 let value = self.fitted_value(*dst, &format!("PlcReadAdc({input})"), 2, true);
                 self.line(&format!("{} = {value};", self.word(*dst)));
             }
-            IrOp::SetPwm { duty } => match duty {
-                WordOperand::Const(duty) => self.line(&format!("PlcSetPwm({});", (*duty).clamp(0, 100))),
-                WordOperand::Cell(word) => {
-                    let duty = self.word(*word);
-                    self.line(&format!("PlcSetPwm((unsigned char)({duty} < 0 ? 0 : {duty} > 100 ? 100 : {duty}));"));
+            IrOp::SetPwm { output, duty } => {
+                let call = match self.ir.pwms.len() {
+                    0 | 1 => "PlcSetPwm(".to_owned(),
+                    _ => format!("PlcSetPwmOutput({output}, "),
+                };
+                match duty {
+                    WordOperand::Const(duty) => self.line(&format!("{call}{});", (*duty).clamp(0, 100))),
+                    WordOperand::Cell(word) => {
+                        let duty = self.word(*word);
+                        self.line(&format!("{call}(unsigned char)({duty} < 0 ? 0 : {duty} > 100 ? 100 : {duty}));"));
+                    }
                 }
-            },
+            }
             IrOp::Send { value } => self.line(&format!("PlcSendByte({});", self.low_byte(*value))),
             IrOp::WaitSent => self.line("PlcWaitSent();"),
             IrOp::Receive { dst } => {

@@ -7,7 +7,7 @@ use diag::Diagnostic;
 use ladder::LadderProgram;
 
 use super::names::comment_text;
-use super::{EmitContext, EmittedSource, lower_and_optimise};
+use super::{EmitContext, EmittedSource, lower_and_optimise, refuse_further_pwm};
 use crate::ir::{
     ArithmeticOp, BitId, BitRole, BranchCondition, BusAction, ConstantTable, Ir, IrOp, LabelId, LogicOp, RelationOp,
     WordComparison, WordId, WordOperand,
@@ -79,6 +79,9 @@ mod code {
 /// # Errors
 /// The errors of [`lower_and_optimise`].
 pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
+    if let Some(refusal) = refuse_further_pwm(program, "byte code") {
+        return Err(vec![refusal]);
+    }
     let mut ir = lower_and_optimise(program)?;
     ir.set_bits_in_first_scan();
     Ok(emit_ir(program, &ir))
@@ -145,7 +148,7 @@ fn image_head(plan: &EmitContext<'_>) -> Vec<u8> {
     for value in [
         settings.cycle_us,
         baud,
-        ir.pwm_hz.unwrap_or(0).into(),
+        ir.pwms.first().map_or(0, |output| output.hertz).into(),
         ir.eeprom_bytes.into(),
         count(BitRole::Input),
         count(BitRole::Output),
@@ -327,7 +330,7 @@ impl BytecodeWriter {
                 self.word(out, *dst);
                 push_number(out, (*input).into());
             }
-            IrOp::SetPwm { duty } => {
+            IrOp::SetPwm { duty, .. } => {
                 out.push(code::PWM + constant(*duty));
                 match *duty {
                     WordOperand::Const(percent) => push_number(out, percent.clamp(0, 100) as u64),

@@ -9,7 +9,7 @@ use ladder::LadderProgram;
 use super::body::{CellSpelling, StatementWriter, literal};
 use super::names::{IdentifierPool, comment_text};
 use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
-use crate::ir::{BitRole, Ir};
+use crate::ir::{BitRole, Ir, IrPwm};
 
 /// Emits `program` as one self-contained C file.
 ///
@@ -127,7 +127,18 @@ fn hook_declarations(plan: &EmitContext<'_>) -> String {
         "PLC_ADC_",
         ir.adcs.iter().map(String::as_str).collect(),
     );
-    if let Some(hz) = ir.pwm_hz {
+    if ir.pwms.len() > 1 {
+        group(
+            "You write this: the duty of a PWM output, 0 to 100 percent; low until the first call.",
+            "void PlcSetPwmOutput(unsigned output, unsigned char percent);",
+            "PLC_PWM_",
+            ir.pwms.iter().map(|output| output.name.as_deref().unwrap_or("")).collect(),
+        );
+        text += "/* The frequencies of the PWM outputs in Hz. */\n";
+        for (number, output) in ir.pwms.iter().enumerate() {
+            let _ = writeln!(text, "#define PLC_PWM_HZ_{number} {}UL", output.hertz);
+        }
+    } else if let Some(IrPwm { hertz: hz, .. }) = ir.pwms.first() {
         let _ = write!(
             text,
             "\n/* You write this: the duty of the PWM output, 0 to 100 percent, at this frequency in Hz; low until the \

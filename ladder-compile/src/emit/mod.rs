@@ -12,11 +12,11 @@ mod helpers;
 mod names;
 mod tables;
 
-use diag::Diagnostic;
+use diag::{Diagnostic, Severity};
 use ladder::{ElementId, LadderProgram, ProgramElement};
 
 use crate::ir::{BitId, BitRole, Ir, WordId, WordRole};
-use crate::{element_checks, lower, optimise};
+use crate::{codes, element_checks, lower, optimise};
 
 /// A cell of the scan's state, as named in a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -120,4 +120,19 @@ impl EmitContext<'_> {
             words: self.ir.words.len() as u32,
         }
     }
+}
+
+/// Refuses a program with several PWM outputs for a target that has one.
+fn refuse_further_pwm(program: &LadderProgram, target: &str) -> Option<Diagnostic> {
+    let outputs = program.pwm_outputs();
+    let [first, second, ..] = &outputs[..] else { return None };
+    let ProgramElement { id, pos, .. } = program.find_element(second.element)?;
+    let cause = format!(
+        "{id}: the PWM output {} comes after {} of {}, and {target} has one",
+        second.label(),
+        first.label(),
+        first.element
+    );
+    let hint = "keep one of them, or compile for a chip with several, or take --emit c";
+    Some(Diagnostic::new(Severity::Error, codes::LACKS, &program.file, pos, cause, hint))
 }

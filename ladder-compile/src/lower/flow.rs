@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use ladder::flow::{ProgramFlow, Subprogram};
 use ladder::il::IlAction;
-use ladder::{Element, FlowOp, ProgramElement};
+use ladder::{Element, ElementId, FlowOp, ProgramElement};
 
 use super::{Lowering, if_accumulator};
 use crate::ir::{
@@ -34,13 +34,35 @@ pub(super) struct JumpPlan<'a> {
     left: Option<WordId>,
     /// Set once LOCK has stopped the program.
     lock: Option<BitId>,
+    /// For each UART_RECV that holds the scan: the element, its bit that is 1 while it does, and the label at
+    /// which the scan goes on.
+    holds: Vec<HeldScan>,
     labels: u32,
+}
+
+/// An UART_RECV that holds the scan until its bytes have come.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HeldScan {
+    element: ElementId,
+    /// 1 while it holds the scan.
+    pub bit: BitId,
+    /// Where the scan goes on.
+    pub resume: LabelId,
+    /// Behind the element.
+    pub behind: LabelId,
+    /// The end of the scan.
+    pub end: LabelId,
 }
 
 impl JumpPlan<'_> {
     fn label(&mut self) -> LabelId {
         self.labels += 1;
         LabelId(self.labels - 1)
+    }
+
+    /// The bits that are 1 while an element holds the scan.
+    pub(super) fn held_bits(&self) -> Vec<BitId> {
+        self.holds.iter().map(|held| held.bit).collect()
     }
 
     /// The subprogram that contains a rung, by its first rung.
@@ -53,7 +75,11 @@ impl<'a> Lowering<'a> {
     /// Gives labels to all targets of jumps; nothing if the program has none.
     pub(super) fn plan_jumps(&mut self) {
         let flow = ProgramFlow::new(self.program);
-        if !flow.is_used {
+        let holds_scan = |element: &Element| match element {
+            Element::UartRecv { rest, .. } => rest.is_some_and(|rest| rest.holds_scan()),
+            _ => false,
+        };
+        if !flow.is_used && !self.program.elements().any(|found| holds_scan(found.element)) {
             return;
         }
         let mut plan = JumpPlan {
@@ -64,6 +90,7 @@ impl<'a> Lowering<'a> {
             ends: HashMap::new(),
             left: None,
             lock: None,
+            holds: Vec::new(),
             labels: 0,
         };
         let end = self.program.rungs.len() as u32;
@@ -96,6 +123,12 @@ impl<'a> Lowering<'a> {
                     IlAction::Return(_) => Some(end),
                     _ => None,
                 },
+                element if holds_scan(element) => {
+                    let bit = self.new_bit(format!("holds({}.{})", id.rung + 1, id.index + 1), BitRole::Memory);
+                    let (resume, behind) = (plan.label(), plan.label());
+                    plan.holds.push(HeldScan { element: id, bit, resume, behind, end: behind });
+                    Some(end)
+                }
                 // No other element jumps.
                 _ => None,
             };
@@ -107,6 +140,9 @@ impl<'a> Lowering<'a> {
                 let label = plan.label();
                 plan.rungs.insert(target, label);
             }
+        }
+        if let Some(&to) = plan.rungs.get(&end) {
+            plan.holds.iter_mut().for_each(|held| held.end = to);
         }
         self.jumps = Some(plan);
     }
@@ -124,7 +160,13 @@ impl<'a> Lowering<'a> {
                 if_true: vec![IrOp::Jump { to, kind: JumpKind::Forward }],
                 if_false: Vec::new(),
             });
-            left.into_iter().chain(lock).for_each(|op| self.push(op));
+            let held = plan.holds.iter().map(|held| IrOp::If {
+                cond: BranchCondition::Bit(held.bit),
+                if_true: vec![IrOp::Jump { to: held.resume, kind: JumpKind::Forward }],
+                if_false: Vec::new(),
+            });
+            let ops: Vec<IrOp> = left.into_iter().chain(lock).chain(held).collect();
+            ops.into_iter().for_each(|op| self.push(op));
         }
         if let Some(label) = self.jumps.as_ref().and_then(|plan| plan.rungs.get(&rung)) {
             self.push(IrOp::Label(*label));
@@ -196,6 +238,16 @@ impl<'a> Lowering<'a> {
             Some(left) => (vec![counted_jump(left, to)], true),
             None => (vec![IrOp::Jump { to, kind: JumpKind::Forward }], false),
         })
+    }
+
+    /// The current element, if it is an UART_RECV that holds the scan.
+    pub(super) fn held_scan(&self) -> Option<HeldScan> {
+        self.jumps.as_ref()?.holds.iter().find(|held| held.element == self.element).copied()
+    }
+
+    /// True if an element holds the scan, so that a later one needs what it has computed.
+    pub(super) fn has_held_scans(&self) -> bool {
+        self.jumps.as_ref().is_some_and(|plan| !plan.holds.is_empty())
     }
 
     /// LOCK: to the end of the scan, and no further scan executes anything.

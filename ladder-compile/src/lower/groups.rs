@@ -13,8 +13,10 @@ impl Lowering<'_> {
             return *bits;
         }
         let suffix = subprogram.map_or(String::new(), |first| format!(" of {}", first + 1));
-        let input = self.new_bit(format!("in{depth}{suffix}"), BitRole::Temporary);
-        let output = self.new_bit(format!("out{depth}{suffix}"), BitRole::Temporary);
+        // A scan that goes on where an earlier one was held needs them.
+        let role = if self.has_held_scans() { BitRole::Memory } else { BitRole::Temporary };
+        let input = self.new_bit(format!("in{depth}{suffix}"), role);
+        let output = self.new_bit(format!("out{depth}{suffix}"), role);
         self.groups.insert((subprogram, depth), (input, output));
         (input, output)
     }

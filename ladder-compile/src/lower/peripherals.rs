@@ -1,12 +1,13 @@
-//! Lowers serial line, strings, converter, PWM output and EEPROM.
+//! Lowers serial line, strings, converter and EEPROM.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{ChipPart, CompareOp, Element, LadderProgram, ProgramElement};
+use ladder::{ChipPart, CompareOp, Element, LadderProgram, ProgramElement, SerialTransfer};
 
+use super::flow::HeldScan;
 use super::{Lowering, if_accumulator, step_word};
 use crate::ir::{
-    ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, RelationOp, WordComparison, WordId, WordOperand, WordRole,
-    min_bytes,
+    ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, JumpKind, RelationOp, WordComparison, WordId, WordOperand,
+    WordRole, min_bytes,
 };
 
 /// Time in microseconds to write a byte to the EEPROM, including all overhead of a chip.
@@ -58,34 +59,7 @@ impl Lowering<'_> {
             self.received = Some((word, waits));
         }
         self.set_up_buses();
-        let mut duties = Vec::new();
-        for ProgramElement { element, .. } in program.elements() {
-            if let Element::SetPwm { duty, .. } = element {
-                duties.push(self.value(duty));
-            }
-            if let Element::SetPwm { hertz: ladder::LadderOperand::Const { value, .. }, .. } = element {
-                self.ir.pwm_hz = u32::try_from(*value).ok();
-            }
-        }
-        if duties.len() > 1 {
-            // The output must not follow each of several SET_PWM within one scan: the last active one sets it
-            // after the rungs.
-            let width = |duty: &WordOperand| match duty {
-                WordOperand::Cell(word) => self.ir.bytes(*word),
-                WordOperand::Const(constant) => min_bytes(*constant),
-            };
-            let bytes = duties.iter().map(width).max().unwrap_or(2);
-            let word = self.new_word_cell("duty".to_owned(), WordRole::Temporary, bytes, 0);
-            let given = self.new_bit("duty given".to_owned(), BitRole::Temporary);
-            self.ir.prologue.push(IrOp::SetBit { bit: given, value: false });
-            let set = IrOp::SetPwm { duty: WordOperand::Cell(word) };
-            self.ir.epilogue.push(IrOp::If {
-                cond: BranchCondition::Bit(given),
-                if_true: vec![set],
-                if_false: Vec::new(),
-            });
-            self.duty = Some((word, given));
-        }
+        self.set_up_pwm();
         if self.ir.uart.send {
             // The checks refuse a program without a baud rate or a cycle.
             let bits = settings.baud.unwrap_or(1).max(1).saturating_mul(cycle);
@@ -111,15 +85,6 @@ impl Lowering<'_> {
             });
             self.eeprom_busy = Some((word, scans));
         }
-    }
-
-    /// Lowers SET_PWM.
-    pub(super) fn set_pwm(&mut self, duty: &ladder::LadderOperand) {
-        let duty = self.value(duty);
-        self.push(if_accumulator(match self.duty {
-            Some((dst, given)) => vec![IrOp::Move { dst, src: duty }, IrOp::SetBit { bit: given, value: true }],
-            None => vec![IrOp::SetPwm { duty }],
-        }));
     }
 
     /// Lowers READ_ADC.
@@ -150,7 +115,7 @@ impl Lowering<'_> {
     }
 
     /// Lowers UART_SEND.
-    pub(super) fn send(&mut self, name: &str, (bytes, wait): (u32, u32)) {
+    pub(super) fn send(&mut self, name: &str, SerialTransfer { bytes, wait }: SerialTransfer) {
         let word = self.word(name);
         if wait != 0 {
             return self.send_at_once(word, bytes as i32);
@@ -238,28 +203,63 @@ impl Lowering<'_> {
         self.push(IrOp::If { cond: BranchCondition::Bit(pending), if_true, if_false: Vec::new() });
     }
 
-    /// Lowers UART_RECV. A program that tests whether a byte waits has taken it from the receiver before the
-    /// rungs.
-    pub(super) fn receive(&mut self, name: &str, bytes: u32) {
+    /// Lowers UART_RECV.
+    pub(super) fn receive(&mut self, name: &str, SerialTransfer { bytes, .. }: SerialTransfer) {
         let name = self.word(name);
+        if let Some(held) = self.held_scan() {
+            return self.receive_all(name, bytes, held);
+        }
         let dst = if bytes > 1 { self.temporary("received", bytes as u8) } else { name };
-        let mut ops = match self.received {
+        let mut ops = self.take_byte(dst);
+        if bytes > 1 {
+            let word = self.new_word_cell(self.element_name("joined"), WordRole::Memory, bytes as u8, 0);
+            ops.push(if_accumulator(self.join_byte(name, dst, (word, bytes))));
+        }
+        self.push(if_accumulator(ops));
+    }
+
+    /// acc := a byte waits; dst := the byte. A program that tests whether a byte waits has taken it from the
+    /// receiver before the rungs.
+    fn take_byte(&self, dst: WordId) -> Vec<IrOp> {
+        match self.received {
             None => vec![IrOp::Receive { dst }],
             Some((byte, bit)) => vec![IrOp::If {
                 cond: BranchCondition::Bit(bit),
                 if_true: vec![IrOp::Move { dst, src: WordOperand::Cell(byte) }, IrOp::SetBit { bit, value: false }],
                 if_false: vec![IrOp::SetAccumulator(false)],
             }],
-        };
-        if bytes > 1 {
-            ops.push(if_accumulator(self.join_byte(name, dst, bytes)));
         }
-        self.push(if_accumulator(ops));
+    }
+
+    /// Lowers UART_RECV that holds the scan: with its first byte the scan ends, the following ones only take
+    /// bytes, and the one with the last goes on behind the element.
+    fn receive_all(&mut self, name: WordId, bytes: u32, held: HeldScan) {
+        // One byte more, so that the number has no sign.
+        let width = (bytes as u8 + 1).min(4);
+        let byte = self.temporary("received", width);
+        let joined = self.new_word_cell(self.element_name("joined"), WordRole::Memory, width, 0);
+        let took = self.new_bit(self.element_name("took"), BitRole::Memory);
+        let end = IrOp::Jump { to: held.end, kind: JumpKind::Forward };
+        self.push(if_accumulator(self.take_byte(byte)));
+        self.push(IrOp::Store { bit: took, negated: false });
+        let join = self.join_byte(name, byte, (joined, bytes));
+        let mut first = join.clone();
+        first.extend([IrOp::SetBit { bit: held.bit, value: true }, end.clone()]);
+        self.push(IrOp::If { cond: BranchCondition::Bit(took), if_true: first, if_false: Vec::new() });
+        self.push(IrOp::Jump { to: held.behind, kind: JumpKind::Forward });
+        self.push(IrOp::Label(held.resume));
+        self.push(IrOp::SetAccumulator(true));
+        self.take_byte(byte).into_iter().for_each(|op| self.push(op));
+        self.push(if_accumulator(join));
+        self.push(IrOp::Store { bit: took, negated: false });
+        self.push(IrOp::If { cond: BranchCondition::Bit(took), if_true: Vec::new(), if_false: vec![end] });
+        self.push(IrOp::SetBit { bit: held.bit, value: false });
+        self.push(IrOp::Label(held.behind));
+        self.push(IrOp::Load { bit: took, negated: false });
     }
 
     /// Puts a byte on top of those that came before it; the word gets them once all have come.
-    fn join_byte(&mut self, word: WordId, byte: WordId, bytes: u32) -> Vec<IrOp> {
-        let joined = self.new_word_cell(self.element_name("joined"), WordRole::Memory, bytes as u8, 0);
+    fn join_byte(&mut self, word: WordId, byte: WordId, (joined, bytes): (WordId, u32)) -> Vec<IrOp> {
         let number = self.new_word_cell(self.element_name("byte"), WordRole::Memory, 1, 0);
         let math = |op, dst, a, b| IrOp::Math { op, dst, a: WordOperand::Cell(a), b };
         let mut ops = vec![

@@ -51,7 +51,7 @@ const fn target(name: &str) -> CompileTarget {
         chip: &chip_part(name).chip,
         pins: PINS,
         uart: Some(("P3.1", "P3.0")),
-        pwm: None,
+        pwm: &[],
         i2c: None,
         spi: None,
         adc: &[],
@@ -114,7 +114,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
 fn check_capabilities(job: &CompileJob<'_>) -> Result<(), BuildRefusal> {
     let missing = [
         (!job.ir.adcs.is_empty(), "analog inputs"),
-        (job.ir.pwm_hz.is_some(), "PWM output"),
+        (!job.ir.pwms.is_empty(), "PWM output"),
         (job.ir.eeprom_bytes > 0, "EEPROM"),
     ];
     let all = missing.into_iter().filter(|(wanted, _)| *wanted).map(|(_, what)| BuildRefusal::Unsupported {

@@ -120,7 +120,7 @@ pub(super) fn for_each_cell(op: &mut IrOp, see: &mut dyn FnMut(CellSlot<'_>, boo
             see(CellSlot::Word(dst), true);
         }
         IrOp::ReadAdc { dst, .. } => see(CellSlot::Word(dst), true),
-        IrOp::SetPwm { duty: v } | IrOp::Send { value: v } => {
+        IrOp::SetPwm { duty: v, .. } | IrOp::Send { value: v } => {
             value(v, see);
             see(CellSlot::Peripheral, true);
         }

@@ -131,8 +131,8 @@ fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
             other_words(ir, dst).for_each(|dst| new(IrOp::ReadAdc { dst, input }));
             out.push(None);
         }
-        IrOp::SetPwm { duty } => {
-            other_operands(ir, duty).into_iter().for_each(|duty| new(IrOp::SetPwm { duty }));
+        IrOp::SetPwm { output, duty } => {
+            other_operands(ir, duty).into_iter().for_each(|duty| new(IrOp::SetPwm { output, duty }));
             out.push(None);
         }
         IrOp::Send { value } => {

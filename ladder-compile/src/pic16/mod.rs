@@ -51,8 +51,8 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     }
     let part = emu_pic16::chips::part(name).ok_or(BuildRefusal::Internal(CodegenError::NoChipRow { chip: name }))?;
     let chip = Pic16ChipData::new(part);
-    let pace =
-        pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(job.ir.pwm_hz.is_some(), &chip))?;
+    let modules: Vec<u8> = job.pwm_outputs().map(|(_, at)| at.channel).collect();
+    let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(&modules))?;
     let devices = peripherals::plan_peripherals(job, &chip)?;
     let needs = Pic16RamNeeds {
         scratch: scratch_bytes(job.ir, &chip),

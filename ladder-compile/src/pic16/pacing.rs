@@ -13,8 +13,8 @@ use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
 use super::select::Pic16Selector;
+use super::timer_extension;
 use super::writer::{C, Pic16Writer, STATUS};
-use super::{chip_data::Pic16ChipData, timer_extension};
 use crate::map::Ratio;
 use crate::period::{PeriodRange, ReducedFraction, reduce_fraction};
 use crate::target::CodeMark;
@@ -57,10 +57,10 @@ pub struct FreeTimers {
 }
 
 impl FreeTimers {
-    /// Timers that a program with or without PWM leaves free: PWM uses timer 2 and the last CCP module.
+    /// Timers that PWM outputs with these CCP modules leave free: each of them uses timer 2.
     #[must_use]
-    pub fn free_beside_pwm(pwm: bool, chip: &Pic16ChipData) -> FreeTimers {
-        FreeTimers { timer2: !pwm, ccp1: !pwm || chip.has_bit("CCP2M3") }
+    pub fn free_beside_pwm(modules: &[u8]) -> FreeTimers {
+        FreeTimers { timer2: modules.is_empty(), ccp1: !modules.contains(&1) }
     }
 }
 

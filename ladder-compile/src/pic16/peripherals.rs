@@ -12,7 +12,7 @@ use super::writer::{Pic16Writer, STATUS, Z};
 use crate::CodegenError;
 use crate::ir::{WordId, WordOperand};
 use crate::map::{Ratio, SpecialPin};
-use crate::target::{BuildRefusal, CompileJob};
+use crate::target::{BuildRefusal, CompileJob, check_pwm_timers};
 
 /// Settings of the serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,8 +76,8 @@ pub struct Pic16AdcSetup {
 pub struct Pic16Peripherals {
     /// Serial line, if used.
     pub uart: Option<Pic16UartSetup>,
-    /// PWM output, if used.
-    pub pwm: Option<Pic16PwmSetup>,
+    /// PWM outputs in the order of their numbers; all have the same period.
+    pub pwm: Vec<Pic16PwmSetup>,
     /// I2C or SPI bus, if used.
     pub bus: Option<Pic16BusSetup>,
     /// Converter, if used.
@@ -124,19 +124,20 @@ pub fn plan_peripherals(job: &CompileJob<'_>, chip: &Pic16ChipData) -> Result<Pi
         let adc = plan_adc(job, chip, &mut devices.specials)?;
         devices.adc = Some(adc);
     }
-    if let (Some(hertz), Some(pin)) = (job.ir.pwm_hz, target.pwm) {
-        // On chips with two CCP modules, CCP1 paces the scan.
-        let module = if chip.has_bit("CCP2M3") { CCP2 } else { CCP1 };
-        let pwm = plan_pwm(job.clock_hz, hertz.into(), module)?;
+    check_pwm_timers(job)?;
+    for (output, at) in job.pwm_outputs() {
+        let module = if at.channel == 2 { CCP2 } else { CCP1 };
+        let pwm = plan_pwm(job.clock_hz, output.hertz.into(), module)?;
         let count = u32::from(pwm.period) + 1;
         devices.specials.push(SpecialPin::Pwm {
-            pin: pin.to_owned(),
-            hertz: hertz.into(),
+            pin: at.pin.to_owned(),
+            name: output.name.clone(),
+            hertz: output.hertz.into(),
             period: Ratio { num: u64::from(count) * u64::from(pwm.prescale), den: 1 },
             // The step is a quarter of a timer count.
             steps: count * 4,
         });
-        devices.pwm = Some(pwm);
+        devices.pwm.push(pwm);
     }
     Ok(devices)
 }
@@ -172,7 +173,7 @@ fn plan_pwm(clock_hz: u64, hertz: u64, module: CcpModule) -> Result<Pic16PwmSetu
     let (error, prescale, count) = [1, 4, 16].map(fit).into_iter().min().unwrap_or((u128::MAX, 1, 1));
     if error > u128::from(hertz) * 50_000_000 {
         let whole = 4 * prescale * count;
-        return Err(BuildRefusal::PwmOutOfRange { nearest: (clock_hz + whole / 2) / whole });
+        return Err(BuildRefusal::PwmOutOfRange { hertz, nearest: (clock_hz + whole / 2) / whole });
     }
     Ok(Pic16PwmSetup { period: (count - 1) as u8, prescale: prescale as u16, module })
 }
@@ -252,7 +253,7 @@ impl Pic16Peripherals {
             control |= if uses.send { chip.mask(&["TXEN"]) } else { 0 };
             out.set_byte(chip.reg(Sfr::TXSTA), control);
         }
-        if let Some(pwm) = self.pwm {
+        if let Some(pwm) = self.pwm.first() {
             out.set_byte(chip.reg(Sfr::PR2), pwm.period);
         }
         if let Some(bus) = self.bus {
@@ -262,10 +263,12 @@ impl Pic16Peripherals {
             let receive: &[&str] = if uses.receive { &["SPEN", "CREN"] } else { &["SPEN"] };
             out.set_byte(chip.reg(Sfr::RCSTA), chip.mask(receive));
         }
-        if let Some(pwm) = self.pwm {
+        for pwm in &self.pwm {
             // The pulse is 0 until a duty cycle is set; 11xx selects PWM.
             out.set_byte(chip.reg(pwm.module.duty), 0);
             out.set_byte(chip.reg(pwm.module.control), chip.mask(&pwm.module.mode));
+        }
+        if let Some(pwm) = self.pwm.first() {
             let prescale = match pwm.prescale {
                 1 => 0,
                 4 => chip.mask(&["T2CKPS0"]),
@@ -276,10 +279,10 @@ impl Pic16Peripherals {
     }
 }
 
-/// Address of the duty register of the PWM output.
+/// Address of the duty register of a PWM output.
 #[must_use]
-pub fn duty_register(chip: &Pic16ChipData, devices: &Pic16Peripherals) -> u16 {
-    devices.pwm.map_or(0, |pwm| chip.reg(pwm.module.duty))
+pub fn duty_register(chip: &Pic16ChipData, devices: &Pic16Peripherals, output: u32) -> u16 {
+    devices.pwm.get(output as usize).map_or(0, |pwm| chip.reg(pwm.module.duty))
 }
 
 /// Turns the comparators off, so that their pins are digital, on chips where they are on after reset.
@@ -359,9 +362,9 @@ impl Pic16Selector<'_, '_> {
         self.out.byte_op(Kind::Movwf, to);
     }
 
-    /// Sets the duty cycle to the value, clamped to 0 to 100 percent.
-    pub fn set_duty(&mut self, duty: WordOperand) {
-        let routine = self.routine(Pic16Routine::Duty);
+    /// Sets the duty cycle of a PWM output to the value, clamped to 0 to 100 percent.
+    pub fn set_duty(&mut self, output: u32, duty: WordOperand) {
+        let routine = self.routine(Pic16Routine::Duty(output));
         let low = self.layout.scratch;
         match duty {
             WordOperand::Const(k) => self.out.load_w(k.clamp(0, 100) as u8),
@@ -390,7 +393,7 @@ impl Pic16Selector<'_, '_> {
                 self.out.place(end);
             }
         }
-        let near = self.out.common_banks(&[low, duty_register(self.out.chip, self.devices)]);
+        let near = self.out.common_banks(&[low, duty_register(self.out.chip, self.devices, output)]);
         self.out.call(routine, near, Some(near));
     }
 

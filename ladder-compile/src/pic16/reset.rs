@@ -77,7 +77,7 @@ pub fn driven_pins(
     job: &CompileJob<'_>,
     devices: &Pic16Peripherals,
 ) -> impl Iterator<Item = (&'static str, bool)> + use<> {
-    let pwm = job.target.pwm.filter(|_| devices.pwm.is_some()).map(|pin| (pin, false));
+    let pwm: Vec<(&'static str, bool)> = job.pwm_outputs().map(|(_, at)| (at.pin, false)).collect();
     pwm.into_iter().chain(devices.bus.map_or_else(Vec::new, |bus| bus.outputs(job)))
 }
 

@@ -15,7 +15,7 @@ use emu_pic16::periph::map::Sfr;
 
 use super::buses;
 use super::chip_data::ANY_BANK;
-use super::peripherals::{self, Pic16Peripherals};
+use super::peripherals::{self, Pic16Peripherals, Pic16PwmSetup};
 use super::select::Pic16Routine;
 use super::writer::{C, Pic16Label, Pic16Writer, STATUS, Z};
 use crate::ir::Ir;
@@ -107,12 +107,12 @@ pub fn emit_routine(
         Pic16Routine::I2cWrite | Pic16Routine::I2cRead | Pic16Routine::Spi => {
             buses::emit_transfer(out, (routine, label), devices.bus, scratch);
         }
-        Pic16Routine::Duty => {
-            let banks = out.common_banks(&[scratch, peripherals::duty_register(out.chip, devices)]);
+        Pic16Routine::Duty(output) => {
+            let banks = out.common_banks(&[scratch, peripherals::duty_register(out.chip, devices, output)]);
             out.mark(CodeMark::Section("duty"));
             out.assume_banks(banks);
             out.place(label);
-            emit_duty(out, devices, scratch);
+            emit_duty(out, devices.pwm.get(output as usize).copied(), scratch);
         }
     }
 }
@@ -264,8 +264,8 @@ fn emit_conversion(out: &mut Pic16Writer<'_>, label: Pic16Label, devices: &Pic16
 ///
 /// The pulse in quarters of a count is W * 4 (PR2 + 1) / 100, computed with 16 fractional bits below the
 /// highest byte.
-fn emit_duty(out: &mut Pic16Writer<'_>, devices: &Pic16Peripherals, scratch: u16) {
-    let Some(pwm) = devices.pwm else { return };
+fn emit_duty(out: &mut Pic16Writer<'_>, pwm: Option<Pic16PwmSetup>, scratch: u16) {
+    let Some(pwm) = pwm else { return };
     let chip = out.chip;
     let (percent, low, mid, high, count) = (scratch, scratch + 1, scratch + 2, scratch + 3, scratch + 4);
     let quarters = 4 * (u64::from(pwm.period) + 1);

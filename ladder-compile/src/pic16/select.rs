@@ -36,8 +36,8 @@ pub enum Pic16Routine {
     ReadEeprom,
     /// EEPROM := W.
     WriteEeprom,
-    /// Sets the duty cycle of the PWM output to W percent.
-    Duty,
+    /// Sets the duty cycle of the PWM output of this number to W percent.
+    Duty(u32),
     /// Writes a register of an I2C device.
     I2cWrite,
     /// Reads a register of an I2C device.
@@ -434,7 +434,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             IrOp::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
             IrOp::Lookup { dst, index, table } => self.lookup(*dst, *index, *table),
             IrOp::ReadAdc { dst, input } => self.convert(*dst, *input),
-            IrOp::SetPwm { duty } => self.set_duty(*duty),
+            IrOp::SetPwm { output, duty } => self.set_duty(*output, *duty),
             IrOp::Send { value } => self.send(*value),
             IrOp::WaitSent => self.wait_sent(),
             IrOp::Transfer { action, register, value, dst } => self.transfer(*action, *register, *value, *dst),

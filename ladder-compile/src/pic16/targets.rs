@@ -5,7 +5,7 @@
 
 use emu_pic16::chips::{PIC16_PARTS, Pic16Part};
 
-use crate::target::CompileTarget;
+use crate::target::{CompileTarget, PwmPin};
 
 const PINS_18: &[&str] = &["RB0", "RB3", "RB4", "RB5", "RB6", "RB7", "RB1", "RB2", "RA0", "RA1", "RA2", "RA3", "RA4"];
 const PINS_28: &[&str] = &[
@@ -41,13 +41,18 @@ const fn chip_part(name: &str) -> &'static Pic16Part {
     &PIC16_PARTS[n]
 }
 
+const PWM_18: &[PwmPin] = &[PwmPin::new("RB3", 2, 1)];
+
+/// Both CCP modules have timer 2. CCP1 paces the scan where it is free, so CCP2 comes first.
+const PWM_28: &[PwmPin] = &[PwmPin::new("RC1", 2, 2), PwmPin::new("RC2", 2, 1)];
+
 const fn target(name: &str) -> CompileTarget {
     let part = chip_part(name);
     CompileTarget {
         chip: &part.chip,
         pins: PINS_28,
         uart: Some(("RC6", "RC7")),
-        pwm: Some("RC1"),
+        pwm: PWM_28,
         i2c: Some(("RC4", "RC3")),
         spi: Some(["RC2", "RC3", "RC5", "RC4"]),
         adc: ADC_28,
@@ -64,7 +69,7 @@ const fn target18(name: &str) -> CompileTarget {
     CompileTarget {
         pins: PINS_18,
         uart: Some(("RB2", "RB1")),
-        pwm: Some("RB3"),
+        pwm: PWM_18,
         i2c: None,
         spi: None,
         adc: &[],
@@ -84,6 +89,6 @@ pub const TARGETS: &[CompileTarget] = &[
     target40("pic16f877a"),
     target18("pic16f628"),
     target18("pic16f628a"),
-    CompileTarget { uart: Some(("RB5", "RB2")), pwm: Some("RB0"), adc: ADC_88, ..target18("pic16f88") },
-    CompileTarget { uart: None, pwm: Some("RB2"), adc: ADC_819, ..target18("pic16f819") },
+    CompileTarget { uart: Some(("RB5", "RB2")), pwm: &[PwmPin::new("RB0", 2, 1)], adc: ADC_88, ..target18("pic16f88") },
+    CompileTarget { uart: None, pwm: &[PwmPin::new("RB2", 2, 1)], adc: ADC_819, ..target18("pic16f819") },
 ];

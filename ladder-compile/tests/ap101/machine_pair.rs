@@ -60,7 +60,7 @@ pub fn channel_pins(ir: &Ir) -> Vec<AssignedPin> {
 pub fn build(program: &LadderProgram, ir: &Ir) -> Result<BuiltImage, BuildRefusal> {
     let pins = channel_pins(ir);
     let (clock_hz, cycle_us) = (program.settings.crystal_hz, program.settings.cycle_us);
-    (TARGET.build)(&CompileJob { ir, target: TARGET, pins: &pins, clock_hz, cycle_us, baud: None })
+    (TARGET.build)(&CompileJob { ir, target: TARGET, pins: &pins, pwm_pins: &[], clock_hz, cycle_us, baud: None })
 }
 
 /// Collects the pins that change, one entry per change.

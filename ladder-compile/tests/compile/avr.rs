@@ -23,7 +23,7 @@ fn run(target: &'static CompileTarget, wish: IrLimits, seeds: std::ops::Range<u6
         let mut ir = random_ir(&mut Rng::new(seed), wish);
         let clock_hz = if seed % 3 == 0 { 1_000_000 } else { 1_843_200 };
         // A frequency that every timer 2 can generate.
-        ir.pwm_hz = ir.pwm_hz.map(|_| (clock_hz / (256 * 8)) as u32);
+        ir.pwms.iter_mut().for_each(|output| output.hertz = (clock_hz / (256 * 8)) as u32);
         let bench = ImageBench { target, clock_hz, cycle_us: 50_000, baud: Some(9600) };
         // Use the shortest cycle that the program allows, but leave time for the EEPROM and the serial line.
         let built = bench.build(&ir).unwrap_or_else(|why| panic!("{} seed {seed}: {why:?}", target.chip.name));

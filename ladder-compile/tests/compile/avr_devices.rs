@@ -1,6 +1,7 @@
 //! Tests peripherals and limits of the AVR chips: the PWM pin, tables below 64 KB, refusals with numbers.
 
 use crate::common::bench::{ImageBench, pins};
+use crate::common::ir::programs::pwm_output;
 use emu_avr::{Avr, Options};
 use emu_core::{Cpu, PinLevel, RamInit};
 use ladder::{ElementId, SymbolKind};
@@ -49,8 +50,8 @@ fn the_pwm_pin_has_its_duty() {
     for (hertz, period, steps) in [(3_906, 2_048, 256), (1_960, 4_080, 255)] {
         for target in TARGETS {
             let name = target.chip.name;
-            let mut ir = program(1, vec![IrOp::SetPwm { duty: WordOperand::Cell(WordId(0)) }]);
-            ir.pwm_hz = Some(hertz);
+            let mut ir = program(1, vec![IrOp::SetPwm { output: 0, duty: WordOperand::Cell(WordId(0)) }]);
+            ir.pwms = vec![pwm_output(hertz)];
             let bench = ImageBench { target, clock_hz: 8_000_000, cycle_us: 2_000, baud: None };
             let built = bench.build(&ir).expect("builds");
             let [SpecialPin::Pwm { period: found, steps: found_steps, .. }] = &built.specials[..] else {
@@ -58,7 +59,7 @@ fn the_pwm_pin_has_its_duty() {
             };
             assert_eq!((found.num / found.den, *found_steps), (period, steps), "{name}");
             let mut cpu = machine(target.chip, &built, bench.clock_hz);
-            let pin = target.chip.pin(target.pwm.expect("a PWM pin")).expect("a pin");
+            let pin = target.chip.pin(target.pwm[0].pin).expect("a pin");
             let at = |mark| built.marks.iter().find(|(m, _)| *m == mark).expect("a mark").1;
             run_to(&mut cpu, at(CodeMark::PollLoop));
             assert_eq!(cpu.pin_level(pin), PinLevel::Low, "{name} before the first duty");
@@ -155,9 +156,12 @@ fn what_does_not_fit_is_refused_with_the_figures() {
     let fast = ImageBench { baud: Some(115_200), ..bench("atmega16") };
     assert_eq!(fast.build(&serial).err(), Some(BuildRefusal::BaudOutOfRange { nearest: 125_000 }));
 
-    let mut pwm = program(1, vec![IrOp::SetPwm { duty: WordOperand::Const(3) }]);
-    pwm.pwm_hz = Some(10_000);
-    assert_eq!(bench("atmega32").build(&pwm).err(), Some(BuildRefusal::PwmOutOfRange { nearest: 7_843 }));
+    let mut pwm = program(1, vec![IrOp::SetPwm { output: 0, duty: WordOperand::Const(3) }]);
+    pwm.pwms = vec![pwm_output(10_000)];
+    assert_eq!(
+        bench("atmega32").build(&pwm).err(),
+        Some(BuildRefusal::PwmOutOfRange { hertz: 10_000, nearest: 7_843 })
+    );
 }
 
 /// JTAG pins in use are freed by two consecutive writes; otherwise the interface stays on.
@@ -169,7 +173,15 @@ fn the_debugging_interface_gives_up_its_pins() {
             let cell = |n| BitCell { name: format!("Y{n:02}"), role: BitRole::Output, initial: false };
             let ir = Ir { bits: (0..outputs).map(cell).collect(), ..program(0, Vec::new()) };
             let pins = pins(&ir, target);
-            let job = CompileJob { ir: &ir, target, pins: &pins, clock_hz: 4_000_000, cycle_us: 10_000, baud: None };
+            let job = CompileJob {
+                ir: &ir,
+                target,
+                pins: &pins,
+                pwm_pins: &[],
+                clock_hz: 4_000_000,
+                cycle_us: 10_000,
+                baud: None,
+            };
             let built = (target.build)(&job).expect("builds");
             let writes = |line: &&ladder_compile::target::ImageLine| {
                 line.text.split_whitespace().eq(["out", &format!("{control},"), "r24"])

@@ -104,8 +104,10 @@ fn agree(program: &LadderProgram, ir: &Ir, seed: u64) -> Result<(), String> {
         if machine.sent != sent {
             return wrong("sent", &format!("{:?}", machine.sent), &format!("{sent:?}"));
         }
-        if machine.duty != eval.pwm_percent() {
-            return wrong("duty", &format!("{:?}", machine.duty), &format!("{:?}", eval.pwm_percent()));
+        let duties: Vec<Option<u8>> =
+            (0..).zip(eval.pwm_outputs()).map(|(output, _)| machine.duties.get(&output).copied()).collect();
+        if duties != eval.pwm_duties() {
+            return wrong("duties", &format!("{duties:?}"), &format!("{:?}", eval.pwm_duties()));
         }
         if machine.eeprom != eval.eeprom() {
             return wrong("EEPROM", &format!("{:?}", machine.eeprom), &format!("{:?}", eval.eeprom()));

@@ -1,7 +1,9 @@
 //! Tests the public interface of the evaluator: symbols, external values, watch callbacks and refusals.
 
 use crate::common::model::{coil, constant, contacts, leaf, parallel, program, var};
-use ladder::{CompareOp, CounterKind, Element, ElementId, LadderDialect, MathOp, RungNode, TimerKind};
+use ladder::{
+    CompareOp, CounterKind, Element, ElementId, LadderDialect, MathOp, PwmChoice, RungNode, SerialTransfer, TimerKind,
+};
 use ladder_eval::{Evaluator, UnsupportedElement};
 
 fn move_constant(dest: &str, value: i64) -> Element {
@@ -14,6 +16,10 @@ fn timer(name: &str, delay: i64) -> Element {
 
 fn counter(name: &str, max: i64) -> Element {
     Element::Counter { kind: CounterKind::Ctu, name: name.to_owned(), max: constant(max), init: None, input: None }
+}
+
+fn transfer(bytes: u32, wait: u32) -> Option<SerialTransfer> {
+    Some(SerialTransfer { bytes, wait })
 }
 
 #[test]
@@ -115,7 +121,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         points: points.iter().map(|&(x, y)| ladder::CurvePoint { x, y }).collect(),
     };
     let pwm = |hertz, resolution: Option<&str>| {
-        let output = resolution.map(|r| ("Pout".to_owned(), r.to_owned()));
+        let output = resolution.map(|r| PwmChoice { name: "Pout".to_owned(), resolution: r.to_owned() });
         Element::SetPwm { duty: var("n"), hertz, output }
     };
     let text = |var: Option<&str>, text: &str| Element::FormattedString {
@@ -148,9 +154,9 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (pwm(constant(0), None),                                                    "no constant of at least 1 Hz"),
         (pwm(var("n"), None),                                                       "no constant of at least 1 Hz"),
         (pwm(constant(1000), Some("0-100")),                                        "dialect ldmicro-5"),
-        (Element::UartRecv { name: name(), rest: Some((1, 0)) },                    ""),
-        (Element::UartRecv { name: name(), rest: Some((2, 0)) },                    "2 byte(s) with wait 0"),
-        (Element::UartSend { name: name(), rest: Some((1, 1)) },                    "1 byte(s) with wait 1"),
+        (Element::UartRecv { name: name(), rest: transfer(1, 0) },                    ""),
+        (Element::UartRecv { name: name(), rest: transfer(2, 0) },                    "2 byte(s) with wait 0"),
+        (Element::UartSend { name: name(), rest: transfer(1, 1) },                    "1 byte(s) with wait 1"),
         (Element::Persist { name: name() },                                         ""),
         (text(None, "a"),                                                           ""),
         (text(None, "\\q"),                                                         "`\\q` is not an escape"),
@@ -221,15 +227,15 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (pwm(constant(1000), Some("0-100")),                                        ""),
         (pwm(constant(1000), Some("")),                                             ""),
         (pwm(constant(1000), Some("0-256")),                                        "the resolution `0-256`"),
-        (Element::UartSend { name: name(), rest: Some((2, 0)) },                    ""),
-        (Element::UartSend { name: name(), rest: Some((3, 0)) },                    "3 byte(s) with wait 0"),
-        (Element::UartSend { name: name(), rest: Some((2, 1)) },                    ""),
-        (Element::UartSend { name: name(), rest: Some((1, 1)) },                    ""),
+        (Element::UartSend { name: name(), rest: transfer(2, 0) },                    ""),
+        (Element::UartSend { name: name(), rest: transfer(3, 0) },                    "3 byte(s) with wait 0"),
+        (Element::UartSend { name: name(), rest: transfer(2, 1) },                    ""),
+        (Element::UartSend { name: name(), rest: transfer(1, 1) },                    ""),
         (Element::ReadAdc { name: "Ain".to_owned(), refs: Some(3) },                ""),
         (Element::ReadAdc { name: "Ain".to_owned(), refs: Some(4) },                "reference selection is 4"),
-        (Element::UartRecv { name: name(), rest: Some((1, 1)) },                    ""),
-        (Element::UartRecv { name: name(), rest: Some((2, 0)) },                    ""),
-        (Element::UartRecv { name: name(), rest: Some((2, 1)) },                    "wanted 1 to 2 without waiting"),
+        (Element::UartRecv { name: name(), rest: transfer(1, 1) },                    ""),
+        (Element::UartRecv { name: name(), rest: transfer(2, 0) },                    ""),
+        (Element::UartRecv { name: name(), rest: transfer(2, 1) },                    ""),
         (npulse(constant(50)),                                                      ""),
         (npulse(constant(51)),                                                      "at least one scan of 10000 us"),
         (npulse(constant(0)),                                                       "at least one scan"),

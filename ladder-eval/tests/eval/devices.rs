@@ -58,7 +58,7 @@ fn the_serial_line_counts_down() {
 fn duty_and_frequency() {
     let mut eval = eval("RUNG\nCONTACTS Xa 0\nSET_PWM 30 1234\nEND");
     assert_eq!(
-        (eval.pwm_percent(), eval.pwm_hz()),
+        (eval.pwm_percent(), eval.pwm_outputs().first().map(|output| output.hertz)),
         (None, Some(1234)),
         "the frequency is the program's, the duty is set by a scan"
     );
@@ -67,7 +67,7 @@ fn duty_and_frequency() {
     eval.set(common::index(&eval, "Xa"), 1);
     eval.scan();
     assert_eq!(eval.pwm_percent(), Some(30));
-    assert_eq!(self::eval("RUNG\nOPEN\nEND").pwm_hz(), None);
+    assert_eq!(self::eval("RUNG\nOPEN\nEND").pwm_outputs(), []);
 }
 
 #[test]

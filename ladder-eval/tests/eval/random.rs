@@ -13,7 +13,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    PowerEffect, ProgramElement, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
+    PowerEffect, ProgramElement, PwmChoice, RungNode, SerialTransfer, ShiftOp, TimerKind, UnaryOp, VarEntry,
+    WriteMoment,
 };
 use ladder_eval::{BusEvent, Evaluator};
 use proptest::prelude::*;
@@ -187,7 +188,8 @@ fn bit_element() -> impl Strategy<Value = Element> {
         (any::<bool>(), integer(), time).prop_map(|(is_scans, dest, time)| Element::TimeValue { is_scans, dest, time });
     let random = integer().prop_map(|dest| Element::Random { dest });
     let seed = (integer(), operand()).prop_map(|(dest, src)| Element::SeedRandom { dest, src });
-    let other = select(vec![Element::Sleep, Element::ClearWatchdog, Element::Delay { time: constant(5) }]);
+    let text = Element::Text { dest: None, var: Some("n".to_owned()), text: "n=\\5".to_owned(), quoted: true };
+    let other = select(vec![Element::Sleep, Element::ClearWatchdog, Element::Delay { time: constant(5) }, text]);
     let new = prop_oneof![3 => segments, 1 => time, 2 => random, 1 => seed, 1 => other];
     prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus, 4 => new]
 }
@@ -227,11 +229,17 @@ fn device() -> impl Strategy<Value = Element> {
         2 => look_up,
         3 => curve,
         1 => Just(Element::ReadAdc { name: "Ain".to_owned(), refs: None }),
-        1 => operand().prop_map(|duty| Element::SetPwm { duty, hertz: constant(1000), output: None }),
-        2 => (integer(), transfer(), 0..2u32).prop_map(|(name, rest, wait)| {
-            Element::UartSend { name, rest: rest.map(|(bytes, _)| (bytes, wait)) }
+        1 => (operand(), select(vec!["Pa", "Pb"])).prop_map(|(duty, name)| {
+            let output = Some(PwmChoice { name: name.to_owned(), resolution: String::new() });
+            Element::SetPwm { duty, hertz: constant(1000), output }
         }),
-        3 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartRecv { name, rest }),
+        2 => (integer(), transfer(), 0..2u32).prop_map(|(name, rest, wait)| {
+            Element::UartSend { name, rest: rest.map(|rest: SerialTransfer| SerialTransfer { wait, ..rest }) }
+        }),
+        3 => (integer(), transfer(), 0..3u32).prop_map(|(name, rest, wait)| {
+            let rest = rest.map(|rest: SerialTransfer| SerialTransfer { wait: u32::from(wait == 0), ..rest });
+            Element::UartRecv { name, rest }
+        }),
         3 => text,
         2 => integer().prop_map(|name| Element::Persist { name }),
         1 => select(vec![Element::UartRecvAvail, Element::UartSendReady]),
@@ -241,8 +249,8 @@ fn device() -> impl Strategy<Value = Element> {
 }
 
 /// Numbers of bytes; [`in_dialect`] makes them fit the widths.
-fn transfer() -> impl Strategy<Value = Option<(u32, u32)>> {
-    prop::option::of((1..5u32).prop_map(|bytes| (bytes, 0)))
+fn transfer() -> impl Strategy<Value = Option<SerialTransfer>> {
+    prop::option::of((1..5u32).prop_map(|bytes| SerialTransfer { bytes, wait: 0 }))
 }
 
 /// What happened on a bus, as the naive interpreter notes it.
@@ -362,13 +370,15 @@ proptest! {
             unwatched.scan();
             let mut seen = Vec::new();
             eval.scan_watched(&mut |element, before, after| seen.push((element, before, after)));
-            prop_assert_eq!(seen, naive.scan(&program), "scan {}", scan + 1);
+            prop_assert_eq!(seen, naive.scan(&program), "scan {}\n{}", scan + 1, ladder::write(&program));
             prop_assert_eq!(eval.scans(), scan as u64 + 1);
             prop_assert_eq!(eval.sent_bytes(), &naive.sent[..], "scan {}", scan + 1);
             let on_buses: Vec<(i64, i64, i64)> = eval.bus_events().iter().map(as_numbers).collect();
             prop_assert_eq!(&on_buses, &naive.on_buses, "scan {}", scan + 1);
             prop_assert_eq!(eval.has_received_byte(), naive.received_byte.is_some());
-            prop_assert_eq!(eval.pwm_percent().map(i64::from), naive.duty);
+            for (output, duty) in eval.pwm_outputs().iter().zip(eval.pwm_duties()) {
+                prop_assert_eq!(duty.map(i64::from), naive.duties.get(&output.name).copied());
+            }
             let cells: Vec<u8> = (0..eval.eeprom().len()).map(|a| naive.cells.get(&a).copied().unwrap_or(255)).collect();
             prop_assert_eq!(eval.eeprom(), cells, "scan {}", scan + 1);
             for (i, symbol) in symbols.iter().enumerate() {
@@ -442,7 +452,7 @@ proptest! {
                 let mut out = None;
                 eval.scan_watched(&mut |_, _, after| out = Some(after));
                 let values: Vec<i32> = (0..eval.symbols().len()).filter(|n| *n != but).map(|n| eval.get(n)).collect();
-                (out, values, (eval.sent_bytes().to_vec(), eval.bus_events().to_vec()), eval.pwm_percent(), eval.eeprom().to_vec())
+                (out, values, (eval.sent_bytes().to_vec(), eval.bus_events().to_vec()), eval.pwm_duties().to_vec(), eval.eeprom().to_vec())
             };
             for (symbol, named) in eval.symbols().iter().enumerate() {
                 if named.name == "Xa" || facts.symbols.iter().any(|used| used.is_read && used.name == named.name) {

@@ -1,6 +1,6 @@
 //! Adapts random programs to their header: the widths of integers, the pins, and what release 2.3 supports.
 
-use ladder::{CounterKind, Element, LadderOperand, LadderProgram, RungNode, TimerKind};
+use ladder::{CounterKind, Element, LadderOperand, LadderProgram, RungNode, SerialTransfer, TimerKind};
 
 use crate::common::model::constant;
 use crate::random::CYCLE;
@@ -11,7 +11,8 @@ pub(crate) fn fit_transfers(series: &mut [RungNode], widths: &std::collections::
         match node {
             RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| fit_transfers(branch, widths)),
             RungNode::Leaf(
-                Element::UartSend { name, rest: Some((bytes, _)) } | Element::UartRecv { name, rest: Some((bytes, _)) },
+                Element::UartSend { name, rest: Some(SerialTransfer { bytes, .. }) }
+                | Element::UartRecv { name, rest: Some(SerialTransfer { bytes, .. }) },
                 _,
             ) => *bytes = widths[name].min(*bytes),
             RungNode::Leaf(..) => {}
@@ -66,6 +67,7 @@ pub(crate) fn only_release_23(series: &mut [RungNode]) {
             }
             Element::Coil { ttrigger, .. } => *ttrigger = None,
             Element::UartSend { rest, .. } | Element::UartRecv { rest, .. } => *rest = None,
+            Element::SetPwm { output, .. } => *output = None,
             Element::Odr | Element::Odf | Element::Osl | Element::Osc => *element = Element::Short,
             element if element.facts().needs_ldmicro5 => *element = Element::Short,
             _ => {}

@@ -3,8 +3,8 @@
 use ladder::ProgramElement;
 
 use crate::common;
-use crate::table::{self, Column};
-use ladder_eval::Evaluator;
+use crate::table::{self, BusField, Column};
+use ladder_eval::{BusEvent, Evaluator};
 use std::collections::BTreeSet;
 
 /// Sets a column before a scan.
@@ -14,7 +14,8 @@ fn set_column(eval: &mut Evaluator, column: &Column, value: i32) {
         Column::Level(name) => eval.set_adc(common::index(eval, name), value.try_into().expect("a level")),
         Column::Received => assert!(eval.receive(value.try_into().expect("a byte")), "a byte waits already"),
         Column::Cell(cell) => eval.set_eeprom(*cell, value.try_into().expect("a byte")),
-        Column::Sent | Column::Duty => panic!("{column:?} is not given"),
+        Column::Answer => eval.set_bus_answer(value.try_into().expect("a byte")),
+        Column::Sent | Column::Duty | Column::DutyOf(_) | Column::Bus(_) => panic!("{column:?} is not given"),
     }
 }
 
@@ -25,8 +26,25 @@ fn column_value(eval: &Evaluator, column: &Column) -> Option<i32> {
         Column::Sent => eval.sent().map(i32::from),
         Column::Duty => eval.pwm_percent().map(i32::from),
         Column::Cell(cell) => eval.eeprom().get(*cell).copied().map(i32::from),
-        Column::Level(_) | Column::Received => panic!("{column:?} is not wanted"),
+        Column::DutyOf(output) => eval.pwm_duties().get(*output).copied().flatten().map(i32::from),
+        Column::Bus(field) => eval.bus_events().last().and_then(|event| of_event(event, *field)),
+        Column::Level(_) | Column::Received | Column::Answer => panic!("{column:?} is not wanted"),
     }
+}
+
+/// A part of a transfer; `None` if it has none.
+fn of_event(event: &BusEvent, field: BusField) -> Option<i32> {
+    let (device, register, byte) = match *event {
+        BusEvent::I2cWrite { device, register, byte } => (Some(device), Some(register), Some(byte)),
+        BusEvent::I2cRead { device, register } => (Some(device), Some(register), None),
+        BusEvent::Spi { byte } => (None, None, Some(byte)),
+    };
+    let part = match field {
+        BusField::Byte => byte,
+        BusField::Register => register,
+        BusField::Device => device,
+    };
+    part.map(i32::from)
 }
 
 #[test]

@@ -6,8 +6,8 @@ use crate::common;
 use diag::Pos;
 use ladder::{
     BusOp, BusTransfer, CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram,
-    LdFormat, MathOp, ProgramElement, ProgramSettings, Rung, RungNode, SegmentDisplay, ShiftOp, SourceStyle, TimerKind,
-    UnaryOp, VarEntry,
+    LdFormat, MathOp, ProgramElement, ProgramSettings, PwmChoice, Rung, RungNode, SegmentDisplay, SerialTransfer,
+    ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -88,7 +88,7 @@ fn element() -> impl Strategy<Value = Element> {
         Element::NpulseOff,
     ]);
     let value = -32768i64..=32767;
-    let uart = option::of((1u32..=255, 0u32..=1));
+    let uart = option::of((1u32..=255, 0u32..=1).prop_map(|(bytes, wait)| SerialTransfer { bytes, wait }));
     let contact = ("[XYR][A-Za-z0-9_]{0,8}", any::<bool>(), flag.clone());
     let coil = ("[YR][A-Za-z0-9_]{0,8}", any::<bool>(), any::<bool>(), any::<bool>(), flag);
     let string = prop_oneof![
@@ -165,6 +165,7 @@ fn element() -> impl Strategy<Value = Element> {
         boxed((operand(), 1i64..=100_000_000, option::of(("[A-Z][a-z]{0,4}", "[0-9]-[0-9]"))).prop_map(
             |(duty, hertz, output)| {
                 let hertz = LadderOperand::Const { value: hertz, text: hertz.to_string() };
+                let output = output.map(|(name, resolution)| PwmChoice { name, resolution });
                 Element::SetPwm { duty, hertz, output }
             },
         )),
@@ -173,7 +174,13 @@ fn element() -> impl Strategy<Value = Element> {
         boxed(integer().prop_map(|name| Element::Persist { name })),
         pulse_element(),
         bus_element(),
-        boxed(string.prop_map(|(var, text, quoted)| Element::FormattedString { var, text, quoted })),
+        boxed(string.clone().prop_map(|(var, text, quoted)| Element::FormattedString { var, text, quoted })),
+        boxed((option::of("[a-z]{1,4}"), string).prop_map(|(dest, (var, text, quoted))| Element::Text {
+            dest,
+            var,
+            text,
+            quoted,
+        })),
     ])
 }
 

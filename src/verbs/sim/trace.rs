@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use ladder_eval::{Evaluator, LadderSymbol};
+use ladder_eval::{Evaluator, LadderSymbol, PwmChannel};
 use serde_json::{Value as Json, json};
 use vcd::{IdCode, TimescaleUnit, Value, VarType, Writer};
 
@@ -12,8 +12,8 @@ pub struct ScanTraceTable<'a> {
     pub symbols: &'a [LadderSymbol],
     /// Names of the additional columns. They contain characters that no symbol can have.
     extra_columns: Vec<String>,
-    /// Frequency of the PWM output in Hz.
-    hertz: Option<u32>,
+    /// The PWM outputs.
+    outputs: Vec<PwmChannel>,
     /// True if the program can send bytes.
     sends: bool,
     /// For each scan, the values of all columns; `None` if nothing was sent or set.
@@ -23,12 +23,15 @@ pub struct ScanTraceTable<'a> {
 impl<'a> ScanTraceTable<'a> {
     /// Creates an empty trace. `sends` is true if the program has elements that send.
     pub fn new(symbols: &'a [LadderSymbol], evaluator: &Evaluator, sends: bool) -> ScanTraceTable<'a> {
-        let hertz = evaluator.pwm_hz();
+        let outputs = evaluator.pwm_outputs().to_vec();
         let mut others: Vec<String> = Vec::new();
         others.extend(sends.then(|| "uart:sent".to_owned()));
-        others.extend(hertz.map(|_| "pwm:duty".to_owned()));
+        others.extend(outputs.iter().map(|output| match &output.name {
+            Some(name) if outputs.len() > 1 => format!("pwm:{name}"),
+            _ => "pwm:duty".to_owned(),
+        }));
         others.extend((0..evaluator.eeprom().len()).map(|cell| format!("eeprom:{cell}")));
-        ScanTraceTable { symbols, extra_columns: others, hertz, sends, rows: Vec::new() }
+        ScanTraceTable { symbols, extra_columns: others, outputs, sends, rows: Vec::new() }
     }
 
     /// Returns the number of columns.
@@ -45,7 +48,7 @@ impl<'a> ScanTraceTable<'a> {
             .map(|(index, symbol)| Some(symbol.shown_value(evaluator.get(index))))
             .collect();
         row.extend(self.sends.then(|| evaluator.sent().map(i64::from)));
-        row.extend(self.hertz.map(|_| evaluator.pwm_percent().map(i64::from)));
+        row.extend(evaluator.pwm_duties().iter().map(|duty| duty.map(i64::from)));
         row.extend(evaluator.eeprom().iter().map(|byte| Some(i64::from(*byte))));
         self.rows.push(row);
     }
@@ -67,10 +70,18 @@ impl<'a> ScanTraceTable<'a> {
         if self.sends {
             out["sent"] = json!(column(count));
         }
-        if let Some(hertz) = self.hertz {
-            out["pwm"] = json!({ "hertz": hertz, "duty": column(count + usize::from(self.sends)) });
+        let first = count + usize::from(self.sends);
+        match &self.outputs[..] {
+            [] => {}
+            [output] => out["pwm"] = json!({ "hertz": output.hertz, "duty": column(first) }),
+            outputs => {
+                let list = outputs.iter().zip(first..);
+                let list =
+                    list.map(|(output, at)| json!({ "name": output.name, "hertz": output.hertz, "duty": column(at) }));
+                out["pwm"] = json!(list.collect::<Vec<_>>());
+            }
         }
-        let cells = count + usize::from(self.sends) + usize::from(self.hertz.is_some());
+        let cells = first + self.outputs.len();
         if cells < self.width() {
             out["eeprom"] = json!(self.rows.iter().map(|row| row.get(cells..)).collect::<Vec<_>>());
         }

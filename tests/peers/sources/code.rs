@@ -95,7 +95,7 @@ fn script(
             cells: bits.chain(integers.iter().map(|&n| model.words[n])).collect(),
             outputs: of(BitRole::Output).map(|n| model.bits[n]).collect(),
             sent: (model.sent.len() as u8, model.sent.last().copied().unwrap_or(0)),
-            duty: model.duty,
+            duty: model.duties.get(&0).copied(),
             buses: 0,
             eeprom: model.eeprom.clone(),
         });

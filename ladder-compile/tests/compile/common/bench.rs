@@ -73,7 +73,7 @@ pub fn pins(ir: &Ir, target: &'static CompileTarget) -> Vec<AssignedPin> {
     let mut taken: Vec<&str> = Vec::new();
     taken.extend(target.uart.filter(|_| ir.uart.send).map(|(transmit, _)| transmit));
     taken.extend(target.uart.filter(|_| ir.uart.receive).map(|(_, receive)| receive));
-    taken.extend(target.pwm.filter(|_| ir.pwm_hz.is_some()));
+    taken.extend(target.pwm.first().filter(|_| !ir.pwms.is_empty()).map(|at| at.pin));
     let mut pins = Vec::new();
     for name in &ir.adcs {
         let pin = target.adc.iter().map(|&(pin, _)| pin).find(|pin| !taken.contains(pin)).expect("an analog pin");
@@ -95,7 +95,7 @@ impl ImageBench {
     pub fn build(&self, ir: &Ir) -> Result<BuiltImage, BuildRefusal> {
         let ImageBench { target, clock_hz, cycle_us, baud } = *self;
         let pins = pins(ir, target);
-        (target.build)(&CompileJob { ir, target, pins: &pins, clock_hz, cycle_us, baud })
+        (target.build)(&CompileJob { ir, target, pins: &pins, pwm_pins: &[], clock_hz, cycle_us, baud })
     }
 
     /// Builds `ir` and runs `scans` scans with inputs and cells drawn from `seed`.

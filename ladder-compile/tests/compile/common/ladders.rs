@@ -171,7 +171,7 @@ impl LadderGenerator<'_> {
                 _ => format!("I2C_WR b {} - Master 0x20 {other} MSB_FIRST 100000", self.operand()),
             },
             16 => match few {
-                0 => self.pick(&["DELAY 5", "SLEEP", "CLRWDT"]).to_owned(),
+                0 => self.pick(&["DELAY 5", "SLEEP", "CLRWDT", "STRING t (none) \"a\""]).to_owned(),
                 1 => "RETURN".to_owned(),
                 _ => format!("GOTO {}", 1 + self.rng.below(9)),
             },
@@ -200,7 +200,16 @@ impl LadderGenerator<'_> {
                 2 => format!("SEED_RANDOM {a} {}", self.operand()),
                 _ => format!("RANDOM {a}"),
             },
-            14 => self.pick(&["UART_RECV_AVAIL", "UART_SEND_READY", "NPULSE_OFF"]).to_owned(),
+            14 => self
+                .pick(&[
+                    "UART_RECV_AVAIL",
+                    "UART_SEND_READY",
+                    "NPULSE_OFF",
+                    "UART_RECV m 2 1",
+                    "UART_RECV n 2 1",
+                    "UART_RECV n 2 0",
+                ])
+                .to_owned(),
             _ => match few {
                 0 | 1 => format!("PULSER {other} {third} {few} {} {coil}", self.operand()),
                 2 => format!("NPULSE {other} 10 {coil}"),

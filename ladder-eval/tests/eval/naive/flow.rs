@@ -3,6 +3,7 @@
 use ladder::{Element, FlowOp, LadderProgram, RungNode};
 
 use super::NaiveInterpreter;
+use super::serial::LoggedStep;
 
 /// How an element leaves its rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +19,10 @@ impl NaiveInterpreter {
     pub fn rungs_from(&mut self, mut at: usize, program: &LadderProgram) {
         while let Some(rung) = program.rungs.get(at) {
             self.current_element = (at as u32, 0);
-            self.series(&rung.series, self.master_relay, program);
+            let start = LoggedStep { before: self.master_relay, after: self.master_relay, departure: None };
+            let start = self.replay.pop_front().unwrap_or(start);
+            self.log.push(start);
+            self.series(&rung.series, start.after, program);
             match self.departure.take() {
                 None => at += 1,
                 Some(Departure::To(other)) => at = other,
@@ -46,7 +50,7 @@ impl NaiveInterpreter {
                 let place = self.current_element;
                 self.rungs_from(find(program, FlowOp::Subprogram, label).expect("a subprogram") + 1, program);
                 self.current_element = place;
-                if self.locked {
+                if self.locked || self.ends {
                     self.departure = Some(Departure::To(program.rungs.len()));
                 }
             }

@@ -10,18 +10,20 @@ mod narrow;
 mod parts;
 mod ports;
 mod pulses;
+mod serial;
 mod values;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use bits::{bitwise, divide, wrap_to_bits};
 use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
-    CompareOp, CounterKind, CurvePoint, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat,
-    MathOp, ProgramElement, RungNode, TimerKind,
+    CompareOp, CounterKind, CurvePoint, Element, ElementId, FlowOp, LadderDialect, LadderOperand, LadderProgram,
+    LdFormat, MathOp, ProgramElement, RungNode, SerialTransfer, TimerKind,
 };
 use narrow::NarrowOperand;
+use serial::LoggedStep;
 
 /// Observation at one element: the rung bit before and after it.
 pub type ElementObservation = (ElementId, bool, bool);
@@ -42,7 +44,7 @@ pub struct NaiveInterpreter {
     pub answer: i64,
     /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
-    pub duty: Option<i64>,
+    pub duties: HashMap<Option<String>, i64>,
     /// EEPROM cells by address; an absent cell is FFh.
     pub cells: HashMap<usize, u8>,
     remembered: HashMap<(u32, u32), bool>,
@@ -55,6 +57,14 @@ pub struct NaiveInterpreter {
     jumps_back: u32,
     /// Set by LOCK.
     locked: bool,
+    /// What this scan has done so far.
+    log: Vec<LoggedStep>,
+    /// What a scan that UART_RECV holds did before: it is gone through again, without effect.
+    replay: VecDeque<LoggedStep>,
+    /// Set by an UART_RECV that holds the scan.
+    held: bool,
+    /// Set while the scan that it holds ends.
+    ends: bool,
     /// State of each RANDOM, by its destination.
     sequences: HashMap<String, i64>,
     seen: Vec<ElementObservation>,
@@ -123,13 +133,18 @@ impl NaiveInterpreter {
 
     /// Runs one scan and returns the observations at all elements.
     pub fn scan(&mut self, program: &LadderProgram) -> Vec<ElementObservation> {
-        self.master_relay = true;
         self.seen.clear();
+        self.ends = false;
         self.now += 1;
         self.sent.clear();
         self.on_buses.clear();
         self.sample_pins();
         self.jumps_back = 0;
+        self.replay = std::mem::take(&mut self.log).into();
+        if !self.held {
+            self.replay.clear();
+            self.master_relay = true;
+        }
         if !self.locked {
             self.rungs_from(0, program);
         }
@@ -141,11 +156,7 @@ impl NaiveInterpreter {
             power = match node {
                 RungNode::Leaf(element, _) => {
                     let (rung, index) = self.current_element;
-                    let at = self.seen.len();
-                    let after = self.leaf(element, power, program);
-                    if !matches!(element, Element::Comment(_)) {
-                        self.seen.insert(at, (ElementId { rung, index }, power, after));
-                    }
+                    let after = self.logged_leaf(element, power, program);
                     self.current_element = (rung, index + 1);
                     after
                 }
@@ -314,57 +325,17 @@ impl NaiveInterpreter {
                 }
                 power
             }
-            Element::SetPwm { duty, .. } => {
+            Element::SetPwm { duty, output, .. } => {
                 if power {
-                    self.duty = Some(self.operand_value(duty).clamp(0, 100));
+                    let name = output.as_ref().map(|choice| choice.name.clone());
+                    let duty = self.operand_value(duty).clamp(0, 100);
+                    self.duties.insert(name, duty);
                 }
                 power
             }
-            Element::UartSend { name, rest: Some((bytes, 1)) } => self.send_at_once(name, *bytes, (power, program)),
-            Element::UartSend { name, rest: Some((bytes @ 2.., _)) } => {
-                if power {
-                    self.transfers.entry(self.current_element).or_default();
-                }
-                if self.now >= self.line_free
-                    && let Some(mut sent) = self.transfers.remove(&self.current_element)
-                {
-                    let byte = self.integer(name).div_euclid(1 << (8 * sent.len())).rem_euclid(256) as u8;
-                    self.transmit(byte, program);
-                    sent.push(byte);
-                    if sent.len() < *bytes as usize {
-                        self.transfers.insert(self.current_element, sent);
-                    }
-                }
-                self.now < self.line_free
+            Element::UartSend { .. } | Element::UartRecv { .. } | Element::UartRecvAvail | Element::UartSendReady => {
+                self.serial(element, power, program)
             }
-            Element::UartRecv { name, rest: Some((bytes @ 2.., _)) } => {
-                let Some(byte) = self.received_byte.filter(|_| power) else { return false };
-                self.received_byte = None;
-                let come = self.transfers.entry(self.current_element).or_default();
-                come.push(byte);
-                let all = come.len() == *bytes as usize;
-                if all {
-                    let number = (0..).zip(come.drain(..)).map(|(n, byte)| i64::from(byte) << (8 * n)).sum();
-                    self.store(name, wrap_to_bits(number, 8 * bytes));
-                }
-                all
-            }
-            Element::UartSend { name, .. } => {
-                if power && self.now >= self.line_free {
-                    self.transmit(self.integer(name).rem_euclid(256) as u8, program);
-                }
-                self.now < self.line_free
-            }
-            Element::UartRecv { name, .. } => match (power, self.received_byte) {
-                (true, Some(byte)) => {
-                    self.received_byte = None;
-                    self.store(name, byte.into());
-                    true
-                }
-                _ => false,
-            },
-            Element::UartRecvAvail => power && self.received_byte.is_some(),
-            Element::UartSendReady => power && self.now >= self.line_free,
             Element::Pulser { high, low, accel, count, coil } => self.pulser([high, low, accel, count], coil, power),
             Element::Npulse { count, hertz, coil } => self.npulse(count, hertz, coil, (power, program)),
             Element::NpulseOff => {
@@ -478,6 +449,7 @@ impl NaiveInterpreter {
             | Element::SeedRandom { .. }
             | Element::Delay { .. }
             | Element::Sleep
+            | Element::Text { .. }
             | Element::ClearWatchdog => {
                 if power {
                     self.more(element, program);

@@ -2,6 +2,8 @@
 //!
 //! Peripherals are simple inputs and outputs of a scan.
 
+use std::collections::BTreeMap;
+
 use emu_core::rng::Rng;
 use ladder_compile::ir::{
     ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LabelId, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
@@ -17,7 +19,7 @@ pub struct IrInterpreter<'a> {
     /// Values of the analog inputs, 0 to 1023.
     pub adc: Vec<u16>,
     /// Duty cycle of the PWM output in percent; `None` before it is set.
-    pub duty: Option<u8>,
+    pub duties: BTreeMap<u32, u8>,
     /// Bytes sent and not yet taken by the test.
     pub sent: Vec<u8>,
     /// Byte that waits in the receiver.
@@ -35,7 +37,7 @@ impl<'a> IrInterpreter<'a> {
             bits: vec![false; ir.bits.len()],
             words: ir.words.iter().map(|cell| truncate_to_bytes(cell.initial.into(), cell.bytes)).collect(),
             adc: vec![0; ir.adcs.len()],
-            duty: None,
+            duties: BTreeMap::new(),
             sent: Vec::new(),
             received: None,
             eeprom: vec![0xFF; ir.eeprom_bytes.into()],
@@ -146,7 +148,10 @@ impl<'a> IrInterpreter<'a> {
                 self.put(*dst, self.ir.tables[*table as usize].values[index].into());
             }
             IrOp::ReadAdc { dst, input } => self.put(*dst, self.adc[*input as usize].into()),
-            IrOp::SetPwm { duty } => self.duty = Some(self.value(*duty).clamp(0, 100) as u8),
+            IrOp::SetPwm { output, duty } => {
+                let duty = self.value(*duty).clamp(0, 100) as u8;
+                self.duties.insert(*output, duty);
+            }
             IrOp::Send { value } => self.sent.push(self.value(*value) as u8),
             IrOp::WaitSent => {}
             IrOp::Receive { dst } => {

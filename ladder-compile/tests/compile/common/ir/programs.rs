@@ -9,8 +9,8 @@ use std::collections::HashSet;
 use emu_core::rng::Rng;
 use ladder::{ElementId, SymbolKind};
 use ladder_compile::ir::{
-    ArithmeticOp, BitCell, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, IrStep, LogicOp, RelationOp,
-    RungCode, UartUse, WordCell, WordComparison, WordId, WordOperand, WordRole,
+    ArithmeticOp, BitCell, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, IrPwm, IrStep, LogicOp,
+    RelationOp, RungCode, UartUse, WordCell, WordComparison, WordId, WordOperand, WordRole,
 };
 
 /// Kinds of operations besides those on bits, for [`IrLimits::ops`].
@@ -171,7 +171,7 @@ impl IrGenerator<'_> {
             self.ir.eeprom_bytes = self.ir.words[..self.free as usize].iter().map(|cell| u16::from(cell.bytes)).sum();
         }
         self.ir.uart = UartUse { send: self.wants(ops::SEND), receive: self.wants(ops::RECEIVE), waits: false };
-        self.ir.pwm_hz = self.wants(ops::PWM).then_some(1000);
+        self.ir.pwms.extend(self.wants(ops::PWM).then(|| pwm_output(1000)));
         self.ir.adcs = (0..self.limits.adcs).map(|n| format!("A{n}")).collect();
     }
 
@@ -333,6 +333,7 @@ impl IrGenerator<'_> {
             ops::PWM => {
                 let value = if self.rng.one_in(2) { self.rng.below(104) as i32 - 2 } else { self.constant(2) };
                 IrOp::SetPwm {
+                    output: 0,
                     duty: if self.rng.one_in(2) { WordOperand::Const(value) } else { WordOperand::Cell(self.word()) },
                 }
             }
@@ -421,4 +422,9 @@ impl IrGenerator<'_> {
 fn if_free(busy: WordId, then: Vec<IrOp>) -> IrOp {
     let free = BranchCondition::Compare(WordComparison { a: busy, rel: RelationOp::Eq, b: WordOperand::Const(0) });
     IrOp::If { cond: free, if_true: then, if_false: Vec::new() }
+}
+
+/// A PWM output of a frequency in Hz.
+pub fn pwm_output(hertz: u32) -> IrPwm {
+    IrPwm { name: None, hertz, element: ElementId { rung: 0, index: 0 } }
 }

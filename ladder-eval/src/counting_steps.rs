@@ -1,8 +1,15 @@
-//! How timers count scans (2.3).
+//! Timers, and the stages of shift registers.
 
 use crate::flat_program::{FlatProgram, ScanState, ValueSource};
 
 impl ScanState {
+    /// Copies every stage to the next one; the value of the last stage is lost and stage 0 keeps its own.
+    pub(crate) fn shift_stages(&mut self, code: &FlatProgram, stages: &[u32]) {
+        for pair in stages.windows(2).rev() {
+            self.store(code, pair[1], self.read_symbol(pair[0]).into());
+        }
+    }
+
     /// Counts one scan of a timer if its preset is not reached; returns whether it has counted.
     pub(crate) fn count_scan(&mut self, code: &FlatProgram, var: u32, preset: ValueSource) -> bool {
         let n = self.read_symbol(var);
