@@ -256,7 +256,8 @@ impl Mcs51Soc {
         self.apply_signals(());
     }
 
-    /// Gives the serial port the present clocks, after a change of a timer or of their selection in cycle `t`.
+    /// Gives the serial port the present clocks, after a change of a timer or of their selection in cycle
+    /// `t`.
     fn update_baud_clocks(&mut self, t: u64) {
         self.schedule.touch(unit_index::SERIAL);
         self.serial.set_clocks(self.baud_clocks(), t);

@@ -426,8 +426,9 @@ impl Ap101Modules {
     }
 }
 
-/// A register is Q or the running bit of a module, and its value is 0 or 1. The time of a write is the machine
-/// cycle from which it is visible. Modules compute their states when they are read, so nothing is ever due.
+/// A register is Q or the running bit of a module, and its value is 0 or 1. The time of a write is the
+/// machine cycle from which it is visible. Modules compute their states when they are read, so nothing is
+/// ever due.
 impl Device<Ap101Signal> for Ap101Modules {
     type Reg = BitLocation;
 

@@ -148,8 +148,8 @@ impl<const N: usize> Scheduler<N> {
 }
 
 /// Declares the devices of a chip: a module `unit_index` with their numbers and `COUNT`, and a macro
-/// `for_each_unit!` that evaluates an expression for each of them, in this order. `for_each_unit!(chip, unit, number
-/// => ..)` binds a device of `chip` and its number. The list begins with a `$`.
+/// `for_each_unit!` that evaluates an expression for each of them, in this order. `for_each_unit!(chip, unit,
+/// number => ..)` binds a device of `chip` and its number. The list begins with a `$`.
 #[macro_export]
 macro_rules! device_list {
     ($d:tt $($number:ident: $field:ident),+ $(,)?) => {

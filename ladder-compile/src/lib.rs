@@ -150,8 +150,8 @@ pub fn lower_for_target(program: &LadderProgram, target: &CompileTarget, optimis
     if optimised { optimise::optimise(ir) } else { lower::to_three_address(ir) }
 }
 
-/// The clock in Hz at which a chip runs a program: the one asked for, or the program's. Instruction List names
-/// no crystal, so such a program runs at the chip's usual clock.
+/// The clock in Hz at which a chip runs a program: the one asked for, or the program's. Instruction List
+/// names no crystal, so such a program runs at the chip's usual clock.
 #[must_use]
 pub fn clock_hz(program: &LadderProgram, chip: &Chip, asked: Option<u64>) -> u64 {
     asked.unwrap_or(match program.dialect {

@@ -8,6 +8,7 @@ mod bit_elements;
 mod buses;
 mod flow;
 mod groups;
+mod initial_bits;
 mod instruction_blocks;
 mod instruction_functions;
 mod instruction_numbers;

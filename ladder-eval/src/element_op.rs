@@ -1,6 +1,6 @@
 //! The operations of elements in the flat form.
 
-use ladder::{BusOp, CompareOp, MathOp, SegmentDisplay, ShiftOp, UnaryOp};
+use ladder::{BusOp, CompareOp, ElementId, MathOp, SegmentDisplay, ShiftOp, UnaryOp};
 
 use crate::arithmetic::{CountInput, CountMode};
 use crate::flow_steps::FlowStep;
@@ -74,4 +74,23 @@ pub(crate) enum ElementOp {
 pub(crate) enum ValueSource {
     Var(u32),
     Const(i32),
+}
+
+/// One step of the flat form. Parallel groups need no jumps, because every branch of a group runs in every
+/// scan (2.2).
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum FlatStep {
+    /// Start of a rung: the rung bit becomes the master relay.
+    Rung,
+    /// Start of a parallel group at this nesting depth: saves the rung bit for its branches.
+    Split(usize),
+    /// Start of the next branch: ORs the output of the previous branch into the group and restores the saved
+    /// rung bit.
+    Branch(usize),
+    /// End of the group: the rung bit becomes the OR of all branches.
+    Join(usize),
+    /// The first time: an integer gets the value of another, and the memory is set.
+    LoadOnce { var: u32, from: u32, memory: u32 },
+    /// An element.
+    Do(ElementId, ElementOp),
 }

@@ -4,7 +4,7 @@ use ladder::ElementId;
 
 use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, truncate};
 use crate::bit_ops;
-pub(crate) use crate::element_op::{ElementOp, ValueSource};
+pub(crate) use crate::element_op::{ElementOp, FlatStep, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
 use crate::il_ops::{IlOp, IlState};
 use crate::peripheral_state::{BusAddress, ByteSequence, FormattedText, PeripheralState, PiecewiseCurve, PwmChannel};
@@ -69,25 +69,6 @@ pub(crate) struct FlatProgram {
     pub instances: u32,
     /// Time of a scan in milliseconds; 0 without timers of IEC.
     pub cycle_ms: u32,
-}
-
-/// One step of the flat form. Parallel groups need no jumps, because every branch of a group runs in every
-/// scan (2.2).
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum FlatStep {
-    /// Start of a rung: the rung bit becomes the master relay.
-    Rung,
-    /// Start of a parallel group at this nesting depth: saves the rung bit for its branches.
-    Split(usize),
-    /// Start of the next branch: ORs the output of the previous branch into the group and restores the saved
-    /// rung bit.
-    Branch(usize),
-    /// End of the group: the rung bit becomes the OR of all branches.
-    Join(usize),
-    /// The first time: an integer gets the value of another, and the memory is set.
-    LoadOnce { var: u32, from: u32, memory: u32 },
-    /// An element.
-    Do(ElementId, ElementOp),
 }
 
 /// All state that a scan can change.

@@ -6,7 +6,6 @@
 
 pub use crate::peripheral_model::{PwmChoice, PwmOutput, SerialTransfer};
 use diag::Pos;
-use serde::Serialize;
 
 use crate::bus_elements::BusTransfer;
 use crate::element_facts::ChipPart;
@@ -14,7 +13,7 @@ use crate::il::{IecVariable, IlStep};
 pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
 pub use crate::program_parts::{
-    IoEntry, LadderDialect, LdFormat, ProgramElement, ProgramSettings, SourceStyle, VarEntry,
+    ElementId, IoEntry, LadderDialect, LdFormat, ProgramElement, ProgramSettings, SourceStyle, VarEntry,
 };
 pub use crate::segments::SegmentDisplay;
 pub use crate::symbol_kinds::{LadderSymbol, SymbolKind};
@@ -63,23 +62,6 @@ pub enum RungNode {
     /// Parallel branches from top to bottom, at least one; each is a series of at least one node. The text
     /// form omits `SERIES` for a branch of one element.
     Parallel(Vec<Vec<RungNode>>, Pos),
-}
-
-/// Identifies one element of a program: the `index`-th leaf (from 0, in text order) of rung `rung` (from 0).
-///
-/// `Display` counts from 1: rung 3, element 2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub struct ElementId {
-    /// Index of the rung, from 0.
-    pub rung: u32,
-    /// Index of the leaf within its rung in text order, from 0.
-    pub index: u32,
-}
-
-impl std::fmt::Display for ElementId {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "rung {}, element {}", self.rung + 1, self.index + 1)
-    }
 }
 
 /// An operand that is a variable or a constant.

@@ -6,7 +6,7 @@ use std::fmt;
 use diag::Pos;
 use serde::Serialize;
 
-use crate::model::{Element, ElementId};
+use crate::model::Element;
 
 /// Dialect: the set of rules that gives the elements their meaning. The same text may behave differently
 /// under each, so a program always states its dialect.
@@ -112,4 +112,21 @@ pub struct ProgramElement<'a> {
     pub element: &'a Element,
     /// Line and column.
     pub pos: Pos,
+}
+
+/// Identifies one element of a program: the `index`-th leaf (from 0, in text order) of rung `rung` (from 0).
+///
+/// `Display` counts from 1: rung 3, element 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ElementId {
+    /// Index of the rung, from 0.
+    pub rung: u32,
+    /// Index of the leaf within its rung in text order, from 0.
+    pub index: u32,
+}
+
+impl std::fmt::Display for ElementId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "rung {}, element {}", self.rung + 1, self.index + 1)
+    }
 }

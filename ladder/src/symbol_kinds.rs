@@ -1,5 +1,7 @@
 //! Symbols of a program, and their kinds.
 
+use std::ops::RangeInclusive;
+
 use serde::Serialize;
 
 use crate::il::IecType;
@@ -66,12 +68,12 @@ impl LadderSymbol {
 
     /// Returns the smallest and the largest value of the symbol.
     #[must_use]
-    pub fn range(&self) -> (i64, i64) {
+    pub fn range(&self) -> RangeInclusive<i64> {
         let bits = 8 * u32::from(self.bytes);
         match &self.iec_type {
-            _ if bits == 0 => (0, 1),
-            Some(iec_type) if !iec_type.is_signed() => (0, (1_i64 << bits) - 1),
-            _ => (-1_i64 << (bits - 1), (1_i64 << (bits - 1)) - 1),
+            _ if bits == 0 => 0..=1,
+            Some(iec_type) if !iec_type.is_signed() => 0..=(1_i64 << bits) - 1,
+            _ => -1_i64 << (bits - 1)..=(1_i64 << (bits - 1)) - 1,
         }
     }
 }

@@ -74,7 +74,7 @@ impl SimInput {
         if evaluator.adc_symbols().any(|adc| adc == index) {
             return Ok(SimInput::Level(index, number(0, 1023)? as u16));
         }
-        let (low, high) = symbol.range();
+        let (low, high) = symbol.range().into_inner();
         Ok(SimInput::Symbol(index, number(low, high)? as i32))
     }
 }

@@ -329,8 +329,8 @@ impl Mcs51Timers {
         }
     }
 
-    /// The overflows of timer 1 since power-up, exact from the last register write, pin change or boundary on.
-    /// They clock the serial port, even if they set no flag because timer 0 is in mode 3.
+    /// The overflows of timer 1 since power-up, exact from the last register write, pin change or boundary
+    /// on. They clock the serial port, even if they set no flag because timer 0 is in mode 3.
     #[must_use]
     pub fn ticks(&self) -> Ticks {
         let counts = &self.counts_before;

@@ -130,8 +130,7 @@ state! {
 }
 
 /// A write at the end of cycle `t` acts from cycle `t + 1` on, a level at S5P2 of cycle `t` from `t` on. The
-/// last level of a cycle wins. The chip asks for the flags; the clock output is a signal, which shows all toggles of
-/// a cycle at once, including that of S6.
+/// last level of a cycle wins. The clock output shows all toggles of a cycle at once, including that of S6.
 impl Device<Mcs51Signal> for Mcs51Timer2 {
     /// A direct address.
     type Reg = u8;
@@ -320,8 +319,7 @@ impl Mcs51Timer2 {
         if self.setup.edge > synced { flag.min(self.setup.edge) } else { flag }
     }
 
-    /// The overflows as a baud or clock generator since power-up, exact from the last register write, pin change
-    /// or boundary on.
+    /// Overflows as a generator since power-up; exact from the last write, pin change or boundary on.
     #[must_use]
     pub fn ticks(&self) -> Ticks {
         let counts = &self.counts_before;

@@ -1,5 +1,5 @@
-//! The watchdog of the AT89S parts (AT89S52 data sheet, "Watchdog timer", "WDT during power-down and idle"), in
-//! oscillator time.
+//! The watchdog of the AT89S parts (AT89S52 data sheet, "Watchdog timer", "WDT during power-down and idle"),
+//! in oscillator time.
 
 use super::map::sfr;
 use super::{Device, Mcs51Outbox, Mcs51Signal};

@@ -116,7 +116,7 @@ impl NameResolver for LadderResolver {
     fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, ScenarioError> {
         let (index, symbol) = self.find_symbol(name).map_err(|error| ScenarioError::UnknownName(error.into()))?;
         let analog = self.hints.analog.iter().position(|adc| *adc == index);
-        let (low, high) = if analog.is_some() { (0, 1023) } else { symbol.range() };
+        let (low, high) = if analog.is_some() { (0, 1023) } else { symbol.range().into_inner() };
         let number = match value {
             ScenarioValue::Number(number) => Some(*number),
             ScenarioValue::Text(text) => text.trim().parse().ok(),
@@ -148,7 +148,7 @@ impl NameResolver for LadderResolver {
 
     fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, ScenarioError> {
         let (id, symbol) = self.find_symbol(name).map_err(|error| ScenarioError::UnknownName(error.into()))?;
-        Ok(ScenarioOutput { id, range: symbol.range(), can_float: false })
+        Ok(ScenarioOutput { id, range: symbol.range().into_inner(), can_float: false })
     }
 
     fn known_names(&self) -> Vec<String> {

@@ -1,7 +1,5 @@
 //! The command line of the panel: `Xa=1`, `Aname=512`, `Cparts=5`, `send hello\n`, `scan 100`, `speed 0.5`.
 
-use ladder::LadderSymbol;
-
 use super::{LadderPanel, SPEEDS};
 use crate::TuiError;
 
@@ -43,7 +41,7 @@ pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String,
 fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, TuiError> {
     let machine = &mut panel.machine;
     let index = machine.index(name).ok_or_else(|| TuiError::UnknownSymbol { name: name.to_owned() })?;
-    let range = machine.symbols().get(index).map_or((0, 1), LadderSymbol::range);
+    let range = machine.symbols().get(index).map_or((0, 1), |symbol| symbol.range().into_inner());
     let analog = machine.levels().any(|(symbol, _)| symbol == index);
     let (low, high) = if analog { (0, 1023) } else { range };
     let number = value.parse::<i64>().ok().filter(|number| (low..=high).contains(number));

@@ -278,6 +278,7 @@ fn is_jump(element: &Element) -> bool {
     match element {
         Element::Flow { op: FlowOp::Goto, .. } => true,
         Element::Instruction(step) => matches!(step.action, IlAction::Jump { .. }),
+        // Nothing else names where it goes.
         _ => false,
     }
 }

@@ -1,5 +1,5 @@
-//! [`Mcs51Serial`]: the serial port with its baud clocks (user's manual, "Baud rates"): timer 1, timer 2 or the
-//! oscillator, and the divider by two that SMOD bypasses.
+//! [`Mcs51Serial`]: the serial port with its baud clocks (user's manual, "Baud rates"): timer 1, timer 2 or
+//! the oscillator, and the divider by two that SMOD bypasses.
 
 use emu_core::NEVER;
 use emu_core::pins::PinId;
