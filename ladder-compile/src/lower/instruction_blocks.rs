@@ -37,19 +37,21 @@ impl Lowering<'_> {
             call.inputs.iter().any(|(part, source)| is_bit(&part.iec_type) && *source != IlSource::Result)
                 || call.outputs.iter().any(|output| is_bit(&output.part.iec_type));
         let takes_result = call.inputs.iter().any(|(_, source)| *source == IlSource::Result);
-        let kept = self.named_bit("kept", BitRole::Temporary);
         let keeps = uses_accumulator && (takes_result || self.result_is_used());
-        if keeps {
-            self.push(IrOp::Store { bit: kept, negated: false });
+        let kept = keeps.then(|| self.named_bit("kept", BitRole::Temporary));
+        if let Some(bit) = kept {
+            self.push(IrOp::Store { bit, negated: false });
         }
         for (part, source) in &call.inputs {
             if is_bit(&part.iec_type) {
                 let bit = self.symbol_bit(&part.name);
-                if *source == IlSource::Result && uses_accumulator {
-                    self.push(IrOp::Load { bit: kept, negated: false });
-                } else if *source != IlSource::Result {
-                    let from = self.bit_source(source);
-                    self.load_bit(from, false);
+                match (source, kept) {
+                    (IlSource::Result, Some(bit)) => self.push(IrOp::Load { bit, negated: false }),
+                    (IlSource::Result, None) => {}
+                    _ => {
+                        let from = self.bit_source(source);
+                        self.load_bit(from, false);
+                    }
                 }
                 self.push(IrOp::Store { bit, negated: false });
             } else {
@@ -73,8 +75,8 @@ impl Lowering<'_> {
                 }
             }
         }
-        if keeps && self.result_is_used() {
-            self.push(IrOp::Load { bit: kept, negated: false });
+        if let Some(bit) = kept.filter(|_| self.result_is_used()) {
+            self.push(IrOp::Load { bit, negated: false });
         }
     }
 

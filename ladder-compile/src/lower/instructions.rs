@@ -399,18 +399,18 @@ impl Lowering<'_> {
         }
         let is_live = self.instructions.live.contains(&self.element);
         self.condition_to_accumulator(before);
-        let kept = self.named_bit("kept", BitRole::Temporary);
-        if is_back && is_live {
-            self.push(IrOp::Store { bit: kept, negated: false });
+        // A jump back may not be taken although its condition holds.
+        let kept = (is_back && is_live).then(|| self.named_bit("kept", BitRole::Temporary));
+        if let Some(bit) = kept {
+            self.push(IrOp::Store { bit, negated: false });
         }
         self.leave_network();
         let (if_true, if_false) =
             if condition == IlCondition::IfTrue { (jump, Vec::new()) } else { (Vec::new(), jump) };
         self.push(IrOp::If { cond: BranchCondition::Acc, if_true, if_false });
-        // A jump back may not be taken although its condition holds.
-        self.push(match is_back && is_live {
-            true => IrOp::Load { bit: kept, negated: false },
-            false => IrOp::SetAccumulator(condition == IlCondition::IfFalse),
+        self.push(match kept {
+            Some(bit) => IrOp::Load { bit, negated: false },
+            None => IrOp::SetAccumulator(condition == IlCondition::IfFalse),
         });
     }
 
