@@ -299,7 +299,7 @@ fn prose_files() -> Vec<(String, String)> {
             let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
             if path.is_dir() && name != "target" && !name.starts_with('.') {
                 visit(&path, out);
-            } else if [".rs", ".md", ".txt"].iter().any(|end| name.ends_with(end)) {
+            } else if [".rs", ".md", ".txt", ".c", ".h", ".s", ".S", ".toml"].iter().any(|end| name.ends_with(end)) {
                 out.push(path);
             }
         }

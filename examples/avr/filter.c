@@ -1,6 +1,6 @@
 /*
  * A filter of an analog input: timer 1 starts a conversion of ADC0 every millisecond, the median of the last three goes
- * through a low pass of first order, and every eighth millisecond the input and the output are told in millivolts of a 5 V supply.
+ * through a low pass of first order, and every eighth millisecond the input and the output are printed in millivolts of a 5 V supply.
  *
  * Build: avr-gcc -mmcu=atmega328p -DF_CPU=16000000 -Os -o filter.elf filter.c
  */
@@ -52,14 +52,14 @@ int main(void)
 	OCR1B = OCR1A;
 	TCCR1B = _BV(WGM12) | _BV(CS11);
 	sei();
-	for (uint8_t told = 0; told < 96;) {
+	for (uint8_t reported = 0; reported < 96;) {
 		cli();
 		uint8_t number = samples;
 		uint16_t in = input, out = output / 16;
 		sei();
 		/* It does not sleep between: entering idle mode would start a conversion of its own. */
-		if (number >= told + 8) {
-			told = number;
+		if (number >= reported + 8) {
+			reported = number;
 			printf("%2u ms %4u %4u\n", number, millivolts(in), millivolts(out));
 		}
 	}

@@ -1,6 +1,6 @@
 /*
- * A clock in milliseconds: timer 0 interrupts a thousand times a second. The lamp at PB5 turns every 100 ms, and each turn is
- * told. Between the interrupts the chip sleeps.
+ * A clock in milliseconds: timer 0 interrupts a thousand times a second. The lamp at PB5 toggles every 100 ms, and each toggle is
+ * printed. Between the interrupts the chip sleeps.
  *
  * Build: avr-gcc -mmcu=atmega328p -DF_CPU=16000000 -Os -o millis.elf millis.c
  */

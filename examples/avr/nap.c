@@ -28,7 +28,7 @@ static void ticking(void)
 {
 	cli();
 	wdt_reset();
-	/* The second within four cycles of the first, however the compiler was told to translate. */
+	/* The second within four cycles of the first, whatever the options of the compiler are. */
 	__asm__ volatile("sts %0, %1\n\tsts %0, %2" ::"n"(_SFR_MEM_ADDR(WDTCSR)), "r"((uint8_t)(_BV(WDCE) | _BV(WDE))),
 			 "r"((uint8_t)(_BV(WDIE) | _BV(WDP1))));
 	sei();
@@ -42,7 +42,7 @@ static void sent(void)
 
 int main(void)
 {
-	uint8_t told = 0;
+	uint8_t reported = 0;
 
 	begin();
 	PORTD |= _BV(PD2);
@@ -57,9 +57,9 @@ int main(void)
 		sei();
 		sleep_cpu();
 		sleep_disable();
-		if (presses != told) {
-			told = presses;
-			printf("press %u after %u ticks\n", told, ticks);
+		if (presses != reported) {
+			reported = presses;
+			printf("press %u after %u ticks\n", reported, ticks);
 			sent();
 		}
 	}

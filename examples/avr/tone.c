@@ -1,6 +1,6 @@
 /*
  * A sine of 1 kHz at OC2B (PD3): fast PWM of 62.5 kHz, whose duty is changed at every overflow by a table and a phase of 16 bits.
- * After 20 ms the tone ends and the number of steps is told.
+ * After 20 ms the tone ends and the number of steps is printed.
  *
  * Build: avr-gcc -mmcu=atmega328p -DF_CPU=16000000 -Os -o tone.elf tone.c
  */

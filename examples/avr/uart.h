@@ -2,7 +2,7 @@
  * What the programs have in common: USART0 as standard output, 38400 baud, 8 bits, no parity, and an end.
  *
  * Built with -DSINK a program writes its bytes to GPIOR0 instead, always by OUT, which takes one cycle, so that the cycle of each
- * byte tells of the program alone.
+ * byte depends on the program alone.
  */
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -35,7 +35,7 @@ static inline void begin(void)
 	stdout = &uart;
 }
 
-/* Sleeps for ever. In idle mode the USART still sends what it holds. */
+/* Sleeps until an interrupt, then again. In idle mode the USART still sends what it holds. */
 static inline void end(void)
 {
 	cli();

@@ -1,4 +1,4 @@
-//! Walks randomly forwards and backwards through a ladder program, with inputs, resets and a watchdog.
+//! Moves randomly forwards and backwards through a ladder program, with inputs, resets and a watchdog.
 //!
 //! Every position must show the same, however the session reached it.
 
@@ -96,7 +96,7 @@ fn enable_watchdog(session: &mut DebugSession, mcu: &str) {
     }
 }
 
-/// Runs one random walk; returns how often the program restarted by itself.
+/// Runs one random sequence of moves; returns how often the program restarted by itself.
 fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
     let ChipSetup { mcu, .. } = setup;
     let quotient = if mcu == "ap101" { "" } else { QUOTIENT };

@@ -138,6 +138,12 @@ diag::codes! {
         "A note: LDmicro 5's simulator, C, AVR and PIC code handle this element differently. The message names those that differ from emu.";
     PULSE_FREQUENCY "LD131" "a frequency that NPULSE cannot make"
         "The pulses of NPULSE change from scan to scan, so half a pulse takes at least one scan: the frequency is a constant from 1 Hz to 500000 / CYCLE=. LDmicro 5 has a timer for it on some AVR chips, and refuses the element on PIC and in C. For a faster signal use SET_PWM, which has a timer of its own.";
+    REGISTER "LD141" "a register of a port cannot be used like this"
+        "#PORTx, #PINx and #TRISx name the latch, the levels and the directions of port x of the chip that MICRO= names; the chip must have the port. #PINx is read only. #TRISx needs a known chip, since 0 is an output on PIC and an input on AVR.";
+    DIRECTION "LD142" "a direction that means the opposite on the other family"
+        "#TRISx is TRISx on PIC, where a 0 makes an output, and DDRx on AVR, where a 1 does. So MOVE #TRISB 0 makes port B outputs on PIC and inputs on AVR. A warning on AVR, where it stores 0.";
+    REGISTER_EFFECT "LD143" "a register of a port that reaches no pin"
+        "#PORTx changes no direction: pins that neither IO LIST (a Y) nor #TRISx makes outputs stay inputs. #PINx reads inputs and outputs of IO LIST and pins that #TRISx makes outputs; all other pins read as 0.";
     NO_TARGET "LD150" "a jump or a call leads nowhere"
         "GOTO takes the name of a LABEL or the number of a rung, from 1; a number beyond the last rung is the end of the scan. GOSUB takes the name of a subprogram, which begins with SUBPROG and ends with ENDSUB.";
     LABEL_TWICE "LD151" "a label or subprogram twice"
@@ -156,10 +162,4 @@ diag::codes! {
         "It ends the scan, as in LDmicro 5's C output. The chips of LDmicro 5 run away there, because no return address is on the stack. Fix: GOTO with a number beyond the last rung.";
     NO_EFFECT "LD158" "an element without effect"
         "A note. DELAY and SLEEP pass time within a scan in LDmicro 5, and CLRWDT resets the watchdog. Here outputs change at the end of a scan, scans begin by a timer, and the watchdog is off, so none of them can be seen.";
-    REGISTER "LD141" "a register of a port cannot be used like this"
-        "#PORTx, #PINx and #TRISx name the latch, the levels and the directions of port x of the chip that MICRO= names; the chip must have the port. #PINx is read only. #TRISx needs a known chip, since 0 is an output on PIC and an input on AVR.";
-    DIRECTION "LD142" "a direction that means the opposite on the other family"
-        "#TRISx is TRISx on PIC, where a 0 makes an output, and DDRx on AVR, where a 1 does. So MOVE #TRISB 0 makes port B outputs on PIC and inputs on AVR. A warning on AVR, where it stores 0.";
-    REGISTER_EFFECT "LD143" "a register of a port that reaches no pin"
-        "#PORTx changes no direction: pins that neither IO LIST (a Y) nor #TRISx makes outputs stay inputs. #PINx reads inputs and outputs of IO LIST and pins that #TRISx makes outputs; all other pins read as 0.";
 }

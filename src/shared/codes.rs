@@ -151,3 +151,27 @@ pub fn system_message(error: &std::io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or_default().to_lowercase()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_in_order_once_and_explained() {
+        let all = all_codes();
+        let wrong: Vec<&str> = all
+            .windows(2)
+            .filter(|pair| pair[0].code >= pair[1].code)
+            .map(|pair| pair[1].code)
+            .chain(all.iter().filter(|code| code.title.is_empty() || code.explain.len() <= 40).map(|code| code.code))
+            .collect();
+        assert!(all.len() > 200 && wrong.is_empty(), "twice, or without title or explanation: {wrong:?}");
+        for table in [emu_asm::CODES, ladder::CODES, ladder::il::IL_CODES, ladder_compile::CODES, emu_check::CODES] {
+            assert!(
+                table.is_sorted_by(|a, b| a.code < b.code),
+                "not in order: {:?}",
+                table.first().map(|code| code.code)
+            );
+        }
+    }
+}

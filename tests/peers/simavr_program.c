@@ -48,7 +48,7 @@ static void to_stderr(avr_t *machine, const int level, const char *format, va_li
 		vfprintf(stderr, format, ap);
 }
 
-static void told(char kind, uint32_t value)
+static void report(char kind, uint32_t value)
 {
 	printf("%c %u %llu\n", kind, value & 0xFF, (unsigned long long)avr->cycle);
 }
@@ -56,14 +56,14 @@ static void told(char kind, uint32_t value)
 static void changed(avr_irq_t *irq, uint32_t value, void *kind)
 {
 	(void)irq;
-	told(*(const char *)kind, value);
+	report(*(const char *)kind, value);
 }
 
 static void written(avr_t *machine, avr_io_addr_t addr, uint8_t value, void *param)
 {
 	(void)param;
 	machine->data[addr] = value;
-	told('g', value);
+	report('g', value);
 }
 
 static avr_cycle_count_t act(avr_t *machine, avr_cycle_count_t when, void *param)

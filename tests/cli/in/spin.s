@@ -1,4 +1,4 @@
-; Counts in RAM for ever.
+; Counts in RAM without end.
 ldi   r16, 0x00
 inc   r16
 sts   0x0100, r16
