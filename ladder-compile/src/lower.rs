@@ -108,7 +108,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
             None => lower.push(IrOp::SetAccumulator(true)),
         }
         lower.series(&rung.series, 0);
-        lower.leave_network();
+        lower.end_network(rung);
         if number + 1 == program.rungs.len() {
             lower.place_rung_label(number as u32 + 1);
         }

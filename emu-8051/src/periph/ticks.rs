@@ -1,6 +1,6 @@
 //! [`Ticks`]: what a clock source of the serial port will count, in closed form.
 
-use emu_core::NEVER;
+use emu_core::{NEVER, state};
 
 /// The ticks of a source, as they come if no register is written and no pin changes. Ticks are numbered from
 /// 1. Times are in cycles, or in states (6 x cycle + 0 for S1 to 5 for S6) if `in_states`.
@@ -16,6 +16,8 @@ pub struct Ticks {
     pub in_states: bool,
 }
 
+state! { Ticks { count, next, period, in_states } if |ticks, _now| ticks.period > 0 }
+
 impl Ticks {
     /// Every state of the oscillator.
     pub const STATES: Ticks = Ticks { count: 0, next: 0, period: 1, in_states: true };
@@ -26,7 +28,7 @@ impl Ticks {
         if time < self.next || self.next == NEVER {
             self.count
         } else {
-            self.count + 1 + (time - self.next) / self.period
+            self.count.saturating_add(1).saturating_add((time - self.next) / self.period)
         }
     }
 

@@ -344,11 +344,6 @@ impl Mcs51Timers {
         }
     }
 
-    /// Whether the counts agree with those of the last change; only a damaged snapshot has others.
-    pub(crate) fn is_sound(&self) -> bool {
-        self.ticks().count_by_cycle(self.counts.synced) == self.counts.overflows
-    }
-
     /// Whether timer 0 is in mode 3.
     fn is_split(&self) -> bool {
         self.tmod & MODE == 3

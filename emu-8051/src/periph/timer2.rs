@@ -334,11 +334,6 @@ impl Mcs51Timer2 {
         Ticks { count: counts.overflows, next, period, in_states: true }
     }
 
-    /// Whether the counts agree with those of the last change; only a damaged snapshot has others.
-    pub(crate) fn is_sound(&self) -> bool {
-        self.ticks().count_by_cycle(self.counts.synced) == self.counts.overflows
-    }
-
     /// Whether the timer clocks the transmitter (TCLK) and the receiver (RCLK) of the serial port.
     #[must_use]
     pub const fn clocks_serial(&self) -> [bool; 2] {

@@ -171,11 +171,12 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         if self.is_first_scan {
             self.is_first_scan = false;
             // In ldmicro-5 a TOF has its preset at power-up; its module of AP101 takes it when it is first
-            // executed, whatever it held before. All other timers start at 0.
+            // executed, whatever it held before. All other timers start at 0. Nor has AP101 code before the
+            // first scan, so that scan sets a BOOL that begins with TRUE.
             let (symbols, eval) = (self.eval.symbols(), &self.eval);
             let is_late = |symbol: &usize| {
                 self.places.is_self_paced()
-                    && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer)
+                    && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer || s.kind.is_bit())
                     && eval.get(*symbol) != 0
             };
             step.writes.retain(|(symbol, _)| !is_late(symbol));
@@ -248,11 +249,12 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
             .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pin, self.runner.cpu.cycle(), deviation))
     }
 
-    /// Compares the output pins with the current outputs of the evaluator.
+    /// Compares the output pins with the current outputs of the evaluator; before the end of the first scan
+    /// they are low, also where an output begins with TRUE.
     fn compare_pins(&self) -> Result<u64, Mismatch> {
         let mut differing = Vec::new();
         for &(symbol, pin) in &self.places.outputs {
-            let expected = self.eval.get(symbol);
+            let expected = if self.is_first_scan { 0 } else { self.eval.get(symbol) };
             let level = self.runner.cpu.pin_level(pin);
             if level != PinLevel::from_bit(expected != 0) {
                 let found = match level {

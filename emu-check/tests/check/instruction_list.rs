@@ -73,6 +73,19 @@ fn ap101_agrees() {
     assert!(faults.is_empty() && agreed > 10, "{agreed}: {}", faults.join("\n"));
 }
 
+#[test]
+fn initial_values_of_bits_agree_on_all_families() {
+    let text = "VAR_INPUT a : BOOL; END_VAR\nVAR_OUTPUT q : BOOL := TRUE; END_VAR\nVAR f : BOOL := TRUE; END_VAR\n\
+                LD f\nANDN a\nST q\nLD a\nR f\n";
+    let parsed = read("initial.il", text).expect("a sound program");
+    let program = to_ladder(&parsed.program, il_settings(10_000)).expect("a sound program").program;
+    for mcu in ["atmega328p", "8052", "pic16f877", "ap101"] {
+        let options = CheckOptions { mcu: mcu.to_owned(), scans: 200, ..CheckOptions::default() };
+        let report = check(&program, &options, &mut |_, _| {}).expect("a program of single bits");
+        assert!(report.agreed, "{mcu}: {}", report.text());
+    }
+}
+
 /// Runs random programs on a chip; returns how many fit it.
 fn random_programs(mcu: &str, clock_hz: u64, cycle_ms: u64) -> usize {
     let mut agreed = 0;

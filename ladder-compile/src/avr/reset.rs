@@ -145,7 +145,9 @@ pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLa
             asm.op(Kind::Ldi, &[24, port.pull_ups.into()]);
             registers::write(asm, regs.port("PORT", port.letter), 24);
             if let Some(image) = port.output {
-                asm.op(Kind::Mov, &[image.into(), 24]);
+                // The image may have initial values of outputs.
+                let is_clear = job.ir.initial_bits().next().is_none();
+                asm.op(if is_clear { Kind::Mov } else { Kind::Or }, &[image.into(), 24]);
             }
         }
         if port.driven != 0 {

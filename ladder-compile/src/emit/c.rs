@@ -45,7 +45,7 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
         let _ = writeln!(scan, "    rung = PlcRung{number}(rung);");
     }
     scan += &parts.end;
-    scan += &output_statements(&plan, &names);
+    scan += &output_statements(&plan, &names, false);
     let body = format!("{}{}{}", parts.begin, parts.rungs.concat(), parts.end);
 
     let mut text = file_head(&plan);
@@ -63,7 +63,7 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
     for (cell, name) in ir.words.iter().zip(&names.words) {
         let _ = writeln!(text, "    {name} = {};", literal(cell.initial));
     }
-    text += &output_statements(&plan, &names);
+    text += &output_statements(&plan, &names, true);
     text += "}\n\n/* One scan. */\nvoid PlcCycle(void)\n{\n    unsigned char rung = 1;\n    (void)rung;\n";
     text += &scan;
     text += "}\n";
@@ -214,9 +214,13 @@ fn cell_definitions(ir: &Ir, names: &CellSpelling) -> String {
     text
 }
 
-fn output_statements(plan: &EmitContext<'_>, names: &CellSpelling) -> String {
+fn output_statements(plan: &EmitContext<'_>, names: &CellSpelling, before_first_scan: bool) -> String {
     let write = |((bit, name), n): ((crate::ir::BitId, &str), u32)| {
-        let cell = names.bits.get(bit.0 as usize).map_or("", String::as_str);
+        let begins_true = plan.ir.bits.get(bit.0 as usize).is_some_and(|cell| cell.initial);
+        let cell = match names.bits.get(bit.0 as usize) {
+            Some(_) if before_first_scan && begins_true => "0",
+            cell => cell.map_or("", String::as_str),
+        };
         format!("    PlcWriteOutput({n}, {cell}); /* {} */\n", comment_text(name))
     };
     plan.bits(BitRole::Output).zip(0..).map(write).collect()

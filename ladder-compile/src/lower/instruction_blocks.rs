@@ -37,6 +37,9 @@ impl Lowering<'_> {
             call.inputs.iter().any(|(part, source)| is_bit(&part.iec_type) && *source != IlSource::Result)
                 || call.outputs.iter().any(|output| is_bit(&output.part.iec_type));
         let takes_result = call.inputs.iter().any(|(_, source)| *source == IlSource::Result);
+        if call.inputs.iter().any(|(part, source)| is_bit(&part.iec_type) && *source == IlSource::Result) {
+            self.result_to_bit(before);
+        }
         let keeps = uses_accumulator && (takes_result || self.result_is_used());
         let kept = keeps.then(|| self.named_bit("kept", BitRole::Temporary));
         if let Some(bit) = kept {

@@ -10,6 +10,9 @@ use crate::ir::{ArithmeticOp, BitRole, BranchCondition, IrOp, WordId, WordOperan
 impl Lowering<'_> {
     /// The value of a function becomes the current result.
     pub(super) fn function(&mut self, call: &FunctionCall, before: Option<&IecType>) {
+        if call.iec_type == IecType::Bool && call.arguments.contains(&IlSource::Result) {
+            self.result_to_bit(before);
+        }
         match call.function {
             IlFunction::Convert => return self.convert(call, before),
             IlFunction::Select => return self.select(call, before),

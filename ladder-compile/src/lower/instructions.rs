@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 
 use ladder::il::{IecType, IecVariable, IlAction, IlBinaryOperator, IlCondition, IlSource, IlStep, TypedSymbol};
-use ladder::{CompareOp, Element, ElementId, LadderProgram, ProgramElement};
+use ladder::{CompareOp, Element, ElementId, LadderProgram, ProgramElement, Rung, RungNode};
 
 use super::{Lowering, if_accumulator};
 use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, WordId, WordOperand, WordRole};
@@ -18,8 +18,20 @@ pub(super) struct InstructionState {
     live: HashSet<ElementId>,
     /// True if a network goes on with the result of another one.
     passes_result: bool,
+    /// For each rung: the first line that has an operation, whether it uses the result before it, and the
+    /// type of that result.
+    networks: Vec<NetworkStart>,
     /// Types of the results that wait for their `)`.
     saved: Vec<Option<IecType>>,
+}
+
+/// How a network begins.
+#[derive(Debug, Clone, Default)]
+struct NetworkStart {
+    /// True if the first line uses the current result, so that the network goes on with another one's.
+    uses_result: bool,
+    /// Type of the current result there.
+    before: Option<IecType>,
 }
 
 impl InstructionState {
@@ -32,6 +44,12 @@ impl InstructionState {
                 _ => None,
             })
             .collect();
+        state.networks = vec![NetworkStart::default(); program.rungs.len()];
+        for (id, step) in lines.iter().rev() {
+            if let Some(start) = state.networks.get_mut(id.rung as usize) {
+                *start = NetworkStart { uses_result: !step.is_load(), before: step.before.clone() };
+            }
+        }
         for pair in lines.windows(2) {
             let [(id, _), (next, step)] = pair else { continue };
             if id.rung != next.rung {
@@ -116,25 +134,39 @@ impl Lowering<'_> {
 
     /// At the start of a rung: takes the result that a network before it left.
     pub(super) fn begin_network(&mut self, rung: u32) {
-        let mut elements = self.program.elements().skip_while(|found| found.id.rung < rung);
-        let first = elements.find_map(|found| match found.element {
-            Element::Instruction(step) if !matches!(step.action, IlAction::Label) => Some(step),
-            _ => None,
-        });
-        match first {
-            Some(step) if !step.is_load() && is_bool(step.before.as_ref()) && self.instructions.passes_result => {
-                let bit = self.passed_bit();
-                self.push(IrOp::Load { bit, negated: false });
-            }
-            _ => self.push(IrOp::SetAccumulator(false)),
+        let start = self.instructions.networks.get(rung as usize).cloned().unwrap_or_default();
+        if start.uses_result && is_bool(start.before.as_ref()) && self.instructions.passes_result {
+            let bit = self.passed_bit();
+            self.push(IrOp::Load { bit, negated: false });
+        } else {
+            self.push(IrOp::SetAccumulator(false));
         }
     }
 
-    /// At the end of a rung, and before a jump: leaves the result for the next network.
-    pub(super) fn leave_network(&mut self) {
-        if self.instructions.passes_result {
+    /// At the end of a rung: leaves the result for the next one.
+    pub(super) fn end_network(&mut self, rung: &Rung) {
+        let last = rung.series.iter().rev().find_map(|node| match node {
+            RungNode::Leaf(Element::Instruction(step), _) => Some(step),
+            _ => None,
+        });
+        if let Some(after) = last.map(|step| step.after.clone()) {
+            self.leave_result(after.as_ref(), self.element.rung + 1);
+        }
+    }
+
+    /// Leaves the result, of this type, where the network at the start of a rung takes it: a number without
+    /// type may have another width there, or be a BOOL. The result itself stays.
+    fn leave_result(&mut self, from: Option<&IecType>, rung: u32) {
+        let start = self.instructions.networks.get(rung as usize).cloned().unwrap_or_default();
+        let Some(to) = start.before.filter(|_| start.uses_result && self.instructions.passes_result) else { return };
+        if to == IecType::Bool {
+            self.result_to_bit(from);
             let bit = self.passed_bit();
             self.push(IrOp::Store { bit, negated: false });
+        } else if let Some(from) = from.filter(|from| **from != IecType::Bool && width(from) != width(&to)) {
+            let (word, dst) = (self.result_word(width(from)), self.result_word(width(&to)));
+            let src = self.converted(word, from, &to, "left");
+            self.push(IrOp::Move { dst, src });
         }
     }
 
@@ -221,7 +253,7 @@ impl Lowering<'_> {
     }
 
     /// The current result becomes BOOL: its lowest bit (I13).
-    fn result_to_bit(&mut self, before: Option<&IecType>) {
+    pub(super) fn result_to_bit(&mut self, before: Option<&IecType>) {
         if let Some(iec_type) = before.filter(|iec_type| !is_bool(Some(iec_type))) {
             let word = self.result_word(width(iec_type));
             let lowest = self.temporary("lowest", 1);
@@ -393,8 +425,8 @@ impl Lowering<'_> {
     /// JMP and RET: to the start of a rung, or to the end.
     fn jump(&mut self, condition: IlCondition, target: u32, before: Option<&IecType>) {
         let Some((jump, is_back)) = self.jump_to_rung(target) else { return };
+        self.leave_result(before, target);
         if condition == IlCondition::Always {
-            self.leave_network();
             return jump.into_iter().for_each(|op| self.push(op));
         }
         let is_live = self.instructions.live.contains(&self.element);
@@ -404,7 +436,6 @@ impl Lowering<'_> {
         if let Some(bit) = kept {
             self.push(IrOp::Store { bit, negated: false });
         }
-        self.leave_network();
         let (if_true, if_false) =
             if condition == IlCondition::IfTrue { (jump, Vec::new()) } else { (Vec::new(), jump) };
         self.push(IrOp::If { cond: BranchCondition::Acc, if_true, if_false });

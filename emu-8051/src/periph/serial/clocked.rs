@@ -23,6 +23,8 @@ pub struct BaudClocks {
     pub is_double: bool,
 }
 
+state! { BaudClocks { timer1, timer2, uses_timer2, is_double } }
+
 impl BaudClocks {
     /// Both timers stopped, and all bits 0.
     pub const START: BaudClocks = {
@@ -55,8 +57,7 @@ pub struct Mcs51Serial {
     clocks: BaudClocks,
 }
 
-// The chip sets the clocks again.
-state! { Mcs51Serial { port, applied } stays { clocks } }
+state! { Mcs51Serial { port, applied, clocks } }
 
 impl Mcs51Serial {
     /// The state after reset, with stopped clocks.
@@ -85,11 +86,6 @@ impl Mcs51Serial {
         let before = self.sources();
         self.clocks = clocks;
         self.rebase(before, t);
-    }
-
-    /// Sets the clocks after the state was read back.
-    pub const fn restore_clocks(&mut self, clocks: BaudClocks) {
-        self.clocks = clocks;
     }
 
     fn rebase(&mut self, before: [BaudSource; 2], t: u64) {
