@@ -62,11 +62,11 @@ pub fn draw(program: &LadderProgram) -> String {
 /// Lists the networks of a program in Instruction List, with empty lines between them.
 fn draw_networks(program: &LadderProgram) -> String {
     let mut out = String::new();
-    for index in 0..program.rungs.len() {
+    for (index, drawing) in crate::il::listings(program).enumerate() {
         if index > 0 {
             out.push('\n');
         }
-        for line in crate::il::listing(program, index).lines {
+        for line in drawing.lines {
             out.push_str(line.trim_end());
             out.push('\n');
         }

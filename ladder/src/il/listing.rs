@@ -114,9 +114,18 @@ fn split_operation(step: &IlStep) -> (String, String) {
 
 /// Returns the listing of a network (index from 0): number, label, operator, operand and comment in columns.
 pub(crate) fn listing(program: &LadderProgram, index: usize) -> Drawing {
+    list_network(program, index, &ListingColumns::of(program))
+}
+
+/// Returns the listings of all networks.
+pub(crate) fn listings(program: &LadderProgram) -> impl Iterator<Item = Drawing> {
+    let columns = ListingColumns::of(program);
+    (0..program.rungs.len()).map(move |index| list_network(program, index, &columns))
+}
+
+fn list_network(program: &LadderProgram, index: usize, columns: &ListingColumns) -> Drawing {
     let mut drawing = Drawing { lines: Vec::new(), elements: Vec::new() };
     let Some(rung) = program.rungs.get(index) else { return drawing };
-    let columns = ListingColumns::of(program);
     let mut id = ElementId { rung: u32::try_from(index).unwrap_or(u32::MAX), index: 0 };
     let mut depth = 0_usize;
     for node in &rung.series {

@@ -46,8 +46,8 @@ pub use codes::IL_CODES;
 pub(crate) use facts::instruction_facts;
 pub use flow::ResultType;
 pub use functions::standard_functions;
-pub(crate) use listing::listing;
 pub use listing::program_text;
+pub(crate) use listing::{listing, listings};
 pub use model::{
     IlBinaryOperand, IlBinaryOperator, IlBlockInput, IlCondition, IlInstruction, IlName, IlOperand, IlOperandKind,
     IlOperation, IlParameter, IlProgram, IlQualifier, IlSection, IlVariable,
