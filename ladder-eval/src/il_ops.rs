@@ -28,7 +28,7 @@ impl NumberType {
 
 /// An operand: the current result, a symbol or a constant.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum IlValue {
+pub(crate) enum FlatOperand {
     Result,
     Symbol(u32, NumberType),
     Constant(i64),
@@ -46,12 +46,12 @@ pub(crate) struct IlTarget {
 #[rustfmt::skip]
 pub(crate) enum IlOp {
     Nothing,
-    Load   { negated: bool, value: IlValue, number: NumberType },
+    Load   { negated: bool, value: FlatOperand, number: NumberType },
     Store  { negated: bool, target: IlTarget },
     Set    { symbol: u32, value: bool },
     Not    { number: NumberType },
-    Binary { operator: IlBinaryOperator, negated: bool, value: IlValue, number: NumberType },
-    Open   { loaded: Option<(IlValue, NumberType)> },
+    Binary { operator: IlBinaryOperator, negated: bool, value: FlatOperand, number: NumberType },
+    Open   { loaded: Option<(FlatOperand, NumberType)> },
     Close  { operator: IlBinaryOperator, negated: bool, number: NumberType },
     Jump   { condition: IlCondition, to: u32, is_back: bool },
     Return { condition: IlCondition },
@@ -62,7 +62,7 @@ pub(crate) enum IlOp {
 /// A call of a block: its inputs, the block, its outputs.
 #[derive(Debug, Clone)]
 pub(crate) struct IlCall {
-    pub inputs: Vec<(IlTarget, IlValue)>,
+    pub inputs: Vec<(IlTarget, FlatOperand)>,
     pub block: FlatBlock,
     /// The output, whether it is complemented, and where it goes.
     pub outputs: Vec<(u32, NumberType, bool, IlTarget)>,
@@ -118,11 +118,11 @@ pub(crate) fn combine(operator: IlBinaryOperator, a: i64, b: i64, number: Number
 
 impl ScanState {
     /// The number of an operand.
-    pub(crate) fn il_value(&self, value: IlValue) -> i64 {
+    pub(crate) fn il_value(&self, value: FlatOperand) -> i64 {
         match value {
-            IlValue::Result => self.il.result,
-            IlValue::Symbol(symbol, number) => number.modulo(self.read_symbol(symbol).into()),
-            IlValue::Constant(value) => value,
+            FlatOperand::Result => self.il.result,
+            FlatOperand::Symbol(symbol, number) => number.modulo(self.read_symbol(symbol).into()),
+            FlatOperand::Constant(value) => value,
         }
     }
 
@@ -187,7 +187,7 @@ impl ScanState {
         }
         self.run_block(code, &call.block);
         for (output, number, negated, target) in &call.outputs {
-            let value = self.il_value(IlValue::Symbol(*output, *number));
+            let value = self.il_value(FlatOperand::Symbol(*output, *number));
             self.il_store(code, *target, if *negated { !value } else { value });
         }
     }

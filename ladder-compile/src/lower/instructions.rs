@@ -97,7 +97,7 @@ impl Lowering<'_> {
             IlAction::Binary { operator, negated, source, iec_type } => {
                 let mut value = self.number(source, before, iec_type, "operand");
                 if *negated {
-                    value = self.complemented(value, iec_type);
+                    value = self.complement_number(value, iec_type);
                 }
                 let dst = self.take_result(before, iec_type);
                 self.combine(*operator, dst, dst.into(), value, iec_type);
@@ -373,7 +373,7 @@ impl Lowering<'_> {
         let dst = self.result_word(width(iec_type));
         let Some(saved) = saved.filter(|saved| *saved != IecType::Bool) else { return };
         let cell = self.temporary(&name, width(&saved));
-        let left = self.converted(cell, &saved, iec_type, "taken");
+        let left = self.convert_number(cell, &saved, iec_type, "taken");
         self.combine(operator, dst, left, right.into(), iec_type);
     }
 

@@ -5,7 +5,7 @@ use super::types::StandardBlock;
 
 /// A word that begins an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Keyword {
+pub(super) enum IlKeyword {
     Load { negated: bool },
     Store { negated: bool },
     Set,
@@ -54,14 +54,14 @@ const MODIFIERS: [(&str, &[&str]); 24] = [
 ];
 
 /// Returns the operation that `word` begins, in any case.
-pub(super) fn keyword(word: &str) -> Option<Keyword> {
+pub(super) fn keyword(word: &str) -> Option<IlKeyword> {
     let upper = word.to_ascii_uppercase();
     let negated = upper.ends_with('N');
     if let Some((_, input)) = IlBlockInput::ALL.iter().map(|(i, k)| (k, i)).find(|(k, _)| **k == upper) {
-        return Some(Keyword::Input(*input));
+        return Some(IlKeyword::Input(*input));
     }
     if let Some(block) = StandardBlock::from_keyword(&upper) {
-        return Some(Keyword::Block(block));
+        return Some(IlKeyword::Block(block));
     }
     let (base, modifier) = split(&upper).filter(|(base, modifier)| modifier.is_empty() || takes(base, modifier))?;
     let condition = match modifier {
@@ -71,16 +71,16 @@ pub(super) fn keyword(word: &str) -> Option<Keyword> {
     };
     let binary = |name: &str| IlBinaryOperator::ALL.iter().find(|(_, k)| *k == name).map(|(operator, _)| *operator);
     Some(match base {
-        "LD" => Keyword::Load { negated },
-        "ST" => Keyword::Store { negated },
-        "S" => Keyword::Set,
-        "R" => Keyword::Reset,
-        "NOT" => Keyword::Not,
-        "JMP" => Keyword::Jump(condition),
-        "CAL" => Keyword::Call(condition),
-        "RET" => Keyword::Return(condition),
-        "&" => Keyword::Binary { operator: IlBinaryOperator::And, negated: modifier == "N" },
-        name => Keyword::Binary { operator: binary(name)?, negated: modifier == "N" },
+        "LD" => IlKeyword::Load { negated },
+        "ST" => IlKeyword::Store { negated },
+        "S" => IlKeyword::Set,
+        "R" => IlKeyword::Reset,
+        "NOT" => IlKeyword::Not,
+        "JMP" => IlKeyword::Jump(condition),
+        "CAL" => IlKeyword::Call(condition),
+        "RET" => IlKeyword::Return(condition),
+        "&" => IlKeyword::Binary { operator: IlBinaryOperator::And, negated: modifier == "N" },
+        name => IlKeyword::Binary { operator: binary(name)?, negated: modifier == "N" },
     })
 }
 

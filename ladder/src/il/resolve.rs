@@ -45,7 +45,7 @@ pub fn to_ladder(program: &IlProgram, settings: ProgramSettings) -> Result<Resol
     if diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
     }
-    let mut resolver = Resolver::new(&complete, declared);
+    let mut resolver = IlResolver::new(&complete, declared);
     resolver.check_cycle(settings.cycle_us);
     let rungs = resolver.rungs();
     resolver.note_declarations();
@@ -87,7 +87,7 @@ pub fn il_settings(cycle_us: u64) -> ProgramSettings {
 }
 
 /// State of the resolution of one program.
-pub(super) struct Resolver<'a> {
+pub(super) struct IlResolver<'a> {
     pub program: &'a IlProgram,
     pub table: SymbolTable,
     /// Type of the current result before and after each line.
@@ -108,12 +108,12 @@ struct RungBuilder {
     is_ended: bool,
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> IlResolver<'a> {
     fn new(program: &'a IlProgram, declared: usize) -> Self {
         let LineTypes { before, after } = types_around(program);
         let (_, openers) = parentheses(program);
         let (table, diagnostics) = SymbolTable::new(program, declared);
-        Resolver { program, table, before, after, openers, diagnostics }
+        IlResolver { program, table, before, after, openers, diagnostics }
     }
 
     pub(super) fn report(
