@@ -207,10 +207,12 @@ fn public_type_names_are_of_at_most_two_crates() {
     assert!(homes.is_empty(), "public type names in more than two crates: {homes:#?}");
 }
 
-/// Counts the types `Result<_, String>` in a source, with any type for `_`, also across several lines.
-fn count_string_errors(source: &str) -> usize {
+/// Counts the types `Result<_, String>` and `Result<_, &str>` in a source, with any type for `_`, also across
+/// several lines.
+fn count_text_errors(source: &str) -> usize {
+    let is_text = |error: &&str| *error == "String" || error.starts_with('&') && error.ends_with("str");
     let code: String = source.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
-    code.split("Result<").skip(1).filter(|behind| type_arguments(behind).last() == Some(&"String")).count()
+    code.split("Result<").skip(1).filter(|behind| type_arguments(behind).last().is_some_and(is_text)).count()
 }
 
 /// Returns the arguments of a generic type from a text that starts after `<`, up to its `>`. Empty if there
@@ -242,17 +244,22 @@ fn errors_of_libraries_are_enums() {
         ("fn f(n: Result<u8, ()>) -> Result<Vec<(u8, u8)>,\n    String,\n> {}", 1),
         ("type A = Result<dyn Fn() -> u8, String>; type B = Result<A, Result<u8, String>>;", 2),
         ("type A = Result<String, fmt::Error>; type B = fmt::Result<String>; type C = Map<u8, String>;", 0),
+        ("type A<'a> = Result<Option<&'a str>, &'static str>; type B<'a> = Result<u8, &'a str>;", 2),
+        ("type A<'a> = Result<&'a str, fmt::Error>; type B = Result<u8, &'static Structure>;", 0),
         ("// Result<u8, String>", 0),
     ] {
-        assert_eq!(count_string_errors(source), count, "{source}");
+        assert_eq!(count_text_errors(source), count, "{source}");
     }
     for (name, dir) in crates().into_iter().filter(|(name, _)| name != "emu") {
         let mut files = Vec::new();
         rust_files(&dir.join("src"), &mut files);
         assert!(!files.is_empty(), "{name} has sources");
         let count: usize =
-            files.iter().map(|file| count_string_errors(&fs::read_to_string(file).expect("source"))).sum();
-        assert_eq!(count, 0, "{name} has types Result<_, String>: a new error is a variant of its error enum");
+            files.iter().map(|file| count_text_errors(&fs::read_to_string(file).expect("source"))).sum();
+        assert_eq!(
+            count, 0,
+            "{name} has types Result<_, String> or Result<_, &str>: a new error is a variant of its error enum"
+        );
     }
 }
 

@@ -7,6 +7,7 @@ use crate::flat_program::{FlatProgram, ScanState};
 /// An instance with the symbols of its parts.
 #[derive(Debug, Clone)]
 pub(crate) struct FlatBlock {
+    /// The kind of block.
     pub block: StandardBlock,
     /// Index of the state of the instance.
     pub instance: u32,

@@ -8,7 +8,9 @@ use crate::il_ops::{FlatOperand, NumberType, combine};
 /// A call of a function with its arguments resolved.
 #[derive(Debug, Clone)]
 pub(crate) struct FlatFunction {
+    /// The function.
     pub function: IlFunction,
+    /// Its arguments, in the order of their names.
     pub arguments: Vec<FlatOperand>,
     /// Type of the arguments.
     pub number: NumberType,

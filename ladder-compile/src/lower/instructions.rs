@@ -23,6 +23,7 @@ pub(super) struct InstructionState {
 }
 
 impl InstructionState {
+    /// The state at the start of a program.
     pub(super) fn new(program: &LadderProgram) -> InstructionState {
         let mut state = InstructionState::default();
         let lines: Vec<(ElementId, &IlStep)> = program
@@ -67,7 +68,9 @@ pub(super) fn constant_of(value: i64, iec_type: &IecType) -> i32 {
 /// A bit: of a cell, or known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BitSource {
+    /// The bit of a cell.
     Cell(BitId),
+    /// A constant.
     Known(bool),
 }
 
@@ -201,6 +204,7 @@ impl Lowering<'_> {
         self.temporary("current result", bytes)
     }
 
+    /// dst := a op b. `dst` may be `a`.
     pub(super) fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
         self.push(IrOp::Math { op, dst, a, b });
     }

@@ -111,7 +111,9 @@ pub(super) fn size_of(iec_type: &IecType) -> u32 {
 
 /// Types of the result before and after each line.
 pub(super) struct LineTypes {
+    /// Before each line.
     pub before: Vec<ResultType>,
+    /// After each line.
     pub after: Vec<ResultType>,
 }
 

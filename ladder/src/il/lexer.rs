@@ -29,19 +29,24 @@ pub(super) enum IlTokenKind {
     End,
 }
 
-/// A token.
+/// A token of the text.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IlToken<'a> {
+    /// Its kind.
     pub kind: IlTokenKind,
+    /// Its text as written, with delimiters.
     pub text: &'a str,
+    /// Position of its first character; the length is that of its first line.
     pub pos: Pos,
 }
 
 impl IlToken<'_> {
+    /// Whether the token is this punctuation.
     pub(super) fn is(&self, symbol: &str) -> bool {
         self.kind == IlTokenKind::Symbol && self.text == symbol
     }
 
+    /// Whether the token is this word, in any case.
     pub(super) fn is_word(&self, word: &str) -> bool {
         self.kind == IlTokenKind::Word && self.text.eq_ignore_ascii_case(word)
     }
@@ -61,10 +66,13 @@ pub(super) fn tokens(text: &str) -> Vec<IlToken<'_>> {
     lexer.tokens
 }
 
+/// State of splitting one text.
 struct IlLexer<'a> {
+    /// The text that is not split yet.
     rest: &'a str,
     line: u32,
     column: u32,
+    /// Whether the text is between VAR and END_VAR.
     in_variables: bool,
     tokens: Vec<IlToken<'a>>,
 }

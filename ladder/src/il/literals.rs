@@ -5,8 +5,11 @@ use super::types::{AddressArea, AddressSize, DirectAddress, IecType, IlLiteral, 
 
 /// Why a literal, an address or a type is refused.
 pub(super) struct LiteralRefusal {
+    /// Code of the diagnostic.
     pub code: &'static str,
+    /// What is wrong.
     pub cause: String,
+    /// What to write instead.
     pub hint: &'static str,
 }
 

@@ -6,16 +6,27 @@ use super::types::StandardBlock;
 /// A word that begins an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum IlKeyword {
+    /// LD, LDN.
     Load { negated: bool },
+    /// ST, STN.
     Store { negated: bool },
+    /// S.
     Set,
+    /// R.
     Reset,
+    /// NOT.
     Not,
+    /// An operator of two numbers or bits, such as AND, ANDN or GT.
     Binary { operator: IlBinaryOperator, negated: bool },
+    /// JMP.
     Jump(IlCondition),
+    /// CAL.
     Call(IlCondition),
+    /// RET.
     Return(IlCondition),
+    /// An input operator, such as CU.
     Input(IlBlockInput),
+    /// The short form of a block, such as `TON T1,100`.
     Block(StandardBlock),
 }
 
@@ -101,7 +112,9 @@ fn split(upper: &str) -> Option<(&'static str, &'static str)> {
 
 /// An operator with a modifier, as in `LDC`.
 pub(super) struct ModifiedOperator {
+    /// The operator without its modifier.
     pub operator: &'static str,
+    /// The modifier: N, C, CN or NC.
     pub modifier: &'static str,
 }
 
@@ -214,7 +227,9 @@ const VENDOR_MNEMONICS: [VendorMnemonic; 61] = [
 /// A mnemonic that a vendor has instead of an operator of IEC 61131-3.
 pub(super) struct VendorMnemonic {
     mnemonic: &'static str,
+    /// Names of the vendors, for a message.
     pub vendor: &'static str,
+    /// What to write instead.
     pub iec: &'static str,
 }
 

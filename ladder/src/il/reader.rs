@@ -25,7 +25,7 @@ pub struct ParsedIlProgram {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The part in work was reported as faulty; the caller skips the rest of it.
+/// Error: the part in work has a fault, which is reported already. The caller skips the rest of the part.
 pub(super) struct FaultReported;
 
 /// State of reading one file.
@@ -38,6 +38,7 @@ pub(super) struct IlReader<'a> {
     diagnostics: Vec<Diagnostic>,
     /// Positions of operators with `(` that wait for `)`.
     pub opened: Vec<Pos>,
+    /// What was read so far.
     pub program: IlProgram,
     has_ended: bool,
 }
@@ -85,11 +86,12 @@ fn other_notation(text: &str) -> Option<(Pos, &'static str)> {
 }
 
 impl<'a> IlReader<'a> {
+    /// Reports an error.
     pub(super) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
         self.diagnostics.push(Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint));
     }
 
-    /// Reports and returns [`FaultReported`].
+    /// Reports an error and returns [`FaultReported`].
     pub(super) fn skip<T>(
         &mut self,
         code: &'static str,
@@ -101,6 +103,7 @@ impl<'a> IlReader<'a> {
         Err(FaultReported)
     }
 
+    /// Reports a literal, an address or a type that is refused.
     pub(super) fn refuse(&mut self, pos: Pos, refusal: LiteralRefusal) {
         self.error(refusal.code, pos, refusal.cause, refusal.hint);
     }
@@ -110,6 +113,7 @@ impl<'a> IlReader<'a> {
         self.tokens[self.at.min(self.tokens.len() - 1)]
     }
 
+    /// Takes the next token. The end of the file stays.
     pub(super) fn advance(&mut self) {
         self.at = (self.at + 1).min(self.tokens.len() - 1);
     }
@@ -124,7 +128,7 @@ impl<'a> IlReader<'a> {
         self.raw()
     }
 
-    /// As [`Self::peek`], also past ends of lines.
+    /// Returns the next token that is neither a comment nor the end of a line.
     pub(super) fn peek_past_lines(&mut self) -> IlToken<'a> {
         while self.peek().kind == IlTokenKind::Newline {
             self.advance();
@@ -182,6 +186,7 @@ impl<'a> IlReader<'a> {
         Ok(IlName { text: token.text.to_owned(), pos: token.pos })
     }
 
+    /// Reports a name that is too long or a keyword.
     pub(super) fn check_name(&mut self, token: &IlToken<'a>) -> Result<(), FaultReported> {
         if token.text.len() > 127 {
             return self.skip(codes::IL_NAME, token.pos, "the name has more than 127 characters", "shorten the name");

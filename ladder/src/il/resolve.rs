@@ -88,13 +88,17 @@ pub fn il_settings(cycle_us: u64) -> ProgramSettings {
 
 /// State of the resolution of one program.
 pub(super) struct IlResolver<'a> {
+    /// The program, with the declarations that it leaves out.
     pub program: &'a IlProgram,
+    /// Its variables.
     pub table: SymbolTable,
-    /// Type of the current result before and after each line.
+    /// Type of the current result before each line.
     pub before: Vec<ResultType>,
+    /// Type of the current result after each line.
     after: Vec<ResultType>,
     /// Line of the operator for each line with `)`.
     openers: BTreeMap<usize, usize>,
+    /// What was found so far.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -116,6 +120,7 @@ impl<'a> IlResolver<'a> {
         IlResolver { program, table, before, after, openers, diagnostics }
     }
 
+    /// Adds a diagnostic.
     pub(super) fn report(
         &mut self,
         severity: Severity,
@@ -127,6 +132,7 @@ impl<'a> IlResolver<'a> {
         self.diagnostics.push(Diagnostic::new(severity, code, &self.program.file, pos, cause, hint));
     }
 
+    /// Adds an error.
     pub(super) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: &str) {
         self.report(Severity::Error, code, pos, cause, hint);
     }

@@ -6,6 +6,7 @@ use super::super::types::{IecType, StandardBlock};
 use super::IlChecker;
 
 impl IlChecker<'_> {
+    /// Checks types, initial values and addresses of the declarations.
     pub(super) fn check_declarations(&mut self) {
         let program = self.program;
         for variable in &program.variables {

@@ -35,6 +35,7 @@ impl<'a> IlChecker<'a> {
         }
     }
 
+    /// Returns an input or output of an instance; `None` if it has none of this name.
     pub(super) fn block_part(&self, instance: &str, part: &str) -> Option<BlockPart> {
         self.block_of(instance)?.part(part)
     }
