@@ -254,8 +254,7 @@ fn errors_of_libraries_are_enums() {
         let mut files = Vec::new();
         rust_files(&dir.join("src"), &mut files);
         assert!(!files.is_empty(), "{name} has sources");
-        let count: usize =
-            files.iter().map(|file| count_text_errors(&fs::read_to_string(file).expect("source"))).sum();
+        let count: usize = files.iter().map(|file| count_text_errors(&fs::read_to_string(file).expect("source"))).sum();
         assert_eq!(
             count, 0,
             "{name} has types Result<_, String> or Result<_, &str>: a new error is a variant of its error enum"

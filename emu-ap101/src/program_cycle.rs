@@ -152,7 +152,7 @@ impl Ap101 {
                     self.core.clock.set_deadline(until.min(next).min(begun + WATCHDOG_CYCLES).max(now + 1));
                     return None;
                 }
-                ProgramPhase::Reload { from, .. } => from + self.soc.channels.count(),
+                ProgramPhase::Reload { from, .. } => from + self.soc.channels.output_channel_count(),
                 ProgramPhase::Ready { at } if now < at => at,
                 ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.run_state.run_while_halted => {
                     return Some(StopReason::Halted);
@@ -235,7 +235,7 @@ impl Ap101 {
     /// Ends a reload that is complete, and checks whether the period was exceeded.
     fn finish_reload(&mut self, now: u64) {
         if let ProgramPhase::Reload { from, due } = self.phase
-            && now >= from + self.soc.channels.count()
+            && now >= from + self.soc.channels.output_channel_count()
         {
             if due.is_some_and(|due| now > due) {
                 self.overruns = self.overruns.saturating_add(1);

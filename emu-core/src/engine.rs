@@ -18,16 +18,19 @@ const MIN_QUIET_CYCLES: u64 = 64;
 /// cycles, so that short waits cost no more than without the attempts.
 const RETRY_AFTER_CYCLES: u64 = 1024;
 
-/// Settings and data of a run that are not part of the machine's state.
+/// What the run loop keeps from one call to the next: settings, and what it knows of the last run. It is no
+/// part of the machine's state, so snapshots do not contain it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RunState {
-    /// The breakpoint that stopped the last run; the next run passes it once.
+    /// Program word of the breakpoint that stopped the last run. The next run starts there and passes it once.
     pub breakpoint_to_pass: Option<u32>,
-    /// Whether iterations of polling loops are skipped.
+    /// Setting: iterations of polling loops are skipped.
     pub skip_idle_loops: bool,
-    /// The first cycle at which polling loops are examined again.
+    /// Machine cycle before which polling loops are not examined, because an attempt to skip iterations
+    /// failed.
     pub no_skip_before: u64,
-    /// A run continues to its limit even if nothing can wake the chip.
+    /// Setting: a run continues to its limit even if nothing can wake the chip. Otherwise it stops with
+    /// [`StopReason::Halted`].
     pub run_while_halted: bool,
     /// The run found the machine asleep or in a polling loop while no event was due and no interrupt pending,
     /// so only an event from outside can change what the program does.
@@ -67,7 +70,7 @@ pub struct LoopPlan {
     /// restarts the watchdog.
     pub clears_watchdog: bool,
     /// Bytes of the counter, lowest first, if the loop does nothing but count down to zero by one per
-    /// iteration; otherwise empty. [`CpuEngine::counter_byte`] knows the numbers.
+    /// iteration; otherwise empty. The family numbers the bytes, and [`CpuEngine::counter_byte`] reads them.
     pub counter: Vec<u16>,
 }
 
@@ -101,7 +104,8 @@ pub trait CpuEngine: Cpu {
     fn is_core_asleep(&self) -> bool {
         self.bus().is_core_stopped()
     }
-    /// Whether the core accepts interrupts. Cores whose chip decides that return true.
+    /// Whether the interrupt flag of the core is set. A core without one returns true: there the registers of
+    /// the chip decide alone.
     fn accepts_interrupts(&self) -> bool {
         true
     }
@@ -165,9 +169,9 @@ pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P
     run(cpu, if sleeps { next_event.min(until).max(now + 1) } else { now + 1 }, probe)
 }
 
-/// Whether only an event from outside can change what the program does ([`Cpu::is_blocked_on_input`]). That
-/// is so if nothing is due, and the machine sleeps, or is in a polling loop, or reaches one of these within 2
-/// * `RETRY_AFTER_CYCLES` cycles.
+/// Runs on for a short time and returns whether only an event from outside can change what the program does
+/// ([`Cpu::is_blocked_on_input`]). That is so if no event is due, and the machine sleeps or is in a polling
+/// loop, at the latest after twice `RETRY_AFTER_CYCLES` cycles. This changes the machine: callers pass a copy.
 pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
     let now = cpu.cycle();
     if cpu.bus_mut().fire(now) != NEVER {
@@ -376,7 +380,8 @@ fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     probe: &mut P,
 ) {
     let (start, instructions_before) = (cpu.cycle(), cpu.instructions());
-    // A probe for writes must see those of the counter, which can be in memory.
+    // A probe for writes must see those of the counter, which can be in memory. An iteration takes at least
+    // one cycle, so a loop with few iterations left may be too short, as one close to the deadline is.
     if P::DATA || iterations_left.min(deadline.saturating_sub(start)) < MIN_QUIET_CYCLES {
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
         return;
