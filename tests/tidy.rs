@@ -179,16 +179,21 @@ fn files_fit_in_the_head() {
 /// them meet.
 const NAMES_OF_MANY_CRATES: &[&str] = &["Options", "Error", "Chip"];
 
-/// Returns the name of the public type that a line defines, if any.
+/// Returns the name of the public type that a line defines, also through `define_isa!` and `operands!`.
 fn public_type(line: &str) -> Option<&str> {
-    let rest = line.trim_start().strip_prefix("pub ")?;
-    let rest = ["struct ", "enum ", "trait ", "type ", "union "].iter().find_map(|word| rest.strip_prefix(word))?;
-    rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().filter(|name| !name.is_empty())
+    let (line, words) = (line.trim_start(), ["struct ", "enum ", "trait ", "type ", "union "]);
+    let plain = line.strip_prefix("pub ").and_then(|rest| words.iter().find_map(|word| rest.strip_prefix(word)));
+    let kinds = line.split_once("emu_core::define_isa { ").map(|(_, rest)| rest);
+    let operand = Some(line).filter(|line| line.contains(") true \"") || line.contains(") false \""));
+    let name = plain.or(kinds).or(operand)?.split(|c: char| !c.is_alphanumeric() && c != '_').next();
+    name.filter(|name| name.starts_with(char::is_uppercase))
 }
 
 /// A type name must be clear where it is used, without its path.
 #[test]
 fn public_type_names_are_of_at_most_two_crates() {
+    assert_eq!(public_type("avr_table!(emu_core::define_isa { AvrOpKind; });"), Some("AvrOpKind"));
+    assert_eq!(public_type("    Rel(u16) true \"target\""), Some("Rel"));
     let mut homes: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (name, dir) in crates() {
         let mut files = Vec::new();

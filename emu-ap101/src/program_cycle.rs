@@ -15,7 +15,7 @@ use emu_core::pins::CycleTime;
 
 use crate::cpu::Ap101;
 use crate::executor::{Executor, report_branch};
-use crate::isa::{Kind, SPAN, find_row};
+use crate::isa::{Ap101OpKind, SPAN, find_row};
 use crate::predecode::ProgramFlow;
 use crate::soc::CLOCKS;
 
@@ -321,7 +321,7 @@ impl Ap101 {
         let previous_ric = self.fetched_word.take().unwrap_or(word);
         self.core.next_address = pc;
         let kind = find_row(word).1;
-        let taken = matches!(kind, Kind::Jmp | Kind::JmpX) || self.core.a;
+        let taken = matches!(kind, Ap101OpKind::Jmp | Ap101OpKind::JmpX) || self.core.a;
         let flow = if taken { self.code.flow(self.program_index, word) } else { ProgramFlow::WithinProgram };
         if let ProgramFlow::LeavesProgram(target) = flow {
             self.ric = previous_ric;
@@ -330,7 +330,7 @@ impl Ap101 {
                 fault: ProgramFault::JumpOutOfProgram { target },
             }));
         }
-        if P::LINT && matches!(kind, Kind::Not | Kind::Clr) && word & 0xFFF != 0 {
+        if P::LINT && matches!(kind, Ap101OpKind::Not | Ap101OpKind::Clr) && word & 0xFFF != 0 {
             probe.on_lint(now, pc, Lint::UnusedFieldSet { word });
         }
         let op = self.code.op(self.program_index, word, false);
