@@ -108,11 +108,10 @@ pub struct DebugSession {
     pub points: DebugPoints,
     /// Names of symbols, registers and source lines.
     pub scope: NameScope,
-    /// Converts cycles to seconds.
     clock: CycleClock,
     /// The newest events of the chip.
     pub(super) events: SessionEvents,
-    /// Length of the next stretch in machine cycles. A stretch is the part of a run between two copies.
+    /// Length of the next stretch in machine cycles.
     stretch: u64,
     /// Call flow of instructions that were executed, by program word.
     flows: HashMap<u32, CachedCallFlow>,
@@ -289,9 +288,9 @@ impl DebugSession {
         self.step_remaining(&mut { n }, limit, false, keep_running)
     }
 
-    /// Steps `remaining` instructions, as [`DebugSession::step_instructions`] does, and counts `remaining` down,
-    /// so that an interrupted call can be continued. With `stops_at_breakpoints`, breakpoints stop the machine
-    /// too.
+    /// Steps `remaining` instructions, as [`DebugSession::step_instructions`] does, and counts `remaining`
+    /// down, so that an interrupted call can be continued. With `stops_at_breakpoints`, breakpoints stop the
+    /// machine too.
     pub fn step_remaining(
         &mut self,
         remaining: &mut u64,
@@ -328,7 +327,6 @@ impl DebugSession {
     pub fn run(&mut self, goal: &RunGoal, keep_running: KeepRunning<'_>) -> HaltReason {
         let until = goal.until.unwrap_or(LAST_CYCLE).min(LAST_CYCLE);
         let words = breakpoint_words(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
-        // A run that starts at a breakpoint executes that instruction first.
         let mut has_left_start = !words.contains(&self.current.machine.pc()) || self.current.machine.is_asleep();
         let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = goal.runs_while_halted && goal.until.is_some();
@@ -375,8 +373,7 @@ impl DebugSession {
                 }
                 stop => return halt_reason(stop),
             }
-            // The next run would pass the breakpoint at which it starts. Therefore the run is not interrupted
-            // at a breakpoint that was reached but not reported.
+            // The next run would pass a breakpoint that was reached but not reported.
             let is_unreported = stop == StopReason::Limit && words.contains(&self.current.machine.pc());
             if !is_unreported && !keep_running() {
                 return HaltReason::Interrupted;
