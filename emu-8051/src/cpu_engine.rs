@@ -7,7 +7,7 @@ use emu_core::engine::{CpuEngine, InstructionMark, LoopPlan};
 
 use crate::chips::{LATER_VECTORS_BACK, VECTOR_WORDS};
 use crate::cpu::Mcs51;
-use crate::isa::Kind;
+use crate::isa::Mcs51OpKind;
 use crate::predecode::BANKED;
 
 impl CpuEngine for Mcs51 {
@@ -52,10 +52,10 @@ impl CpuEngine for Mcs51 {
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
         let op = self.code.ops_unmarked[pc as usize];
         match op.kind {
-            Kind::Illegal => {
+            Mcs51OpKind::Illegal => {
                 return Err(ProgramError::Illegal { pc, word: u16::from(self.code.bytes[pc as usize]) });
             }
-            Kind::RewriteCode => self.run_external_access(pc, probe),
+            Mcs51OpKind::RewriteCode => self.run_external_access(pc, probe),
             _ => self.core = self.executor(probe).0.single(op),
         }
         Ok(())
@@ -75,7 +75,7 @@ impl Mcs51 {
     fn run_external_access<P: Probe>(&mut self, pc: u32, probe: &mut P) {
         let op = self.code.movx(pc);
         let page = [self.ram[(self.core.bank | u32::from(op.args[0] & 1)) as usize], self.soc.port2()];
-        let by_register = matches!(op.kind, Kind::MovxAInd | Kind::MovxIndA);
+        let by_register = matches!(op.kind, Mcs51OpKind::MovxAInd | Mcs51OpKind::MovxIndA);
         let addr = if by_register { u16::from_le_bytes(page) } else { self.core.dptr as u16 };
         if self.part.has_bus {
             self.core = self.executor(probe).0.single(op);

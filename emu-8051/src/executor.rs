@@ -11,7 +11,7 @@ use emu_core::machine::{BodyMachine, ByteValue, WideValue};
 use crate::core_state::CoreRegisters;
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::isa::{Kind, Mcs51Op, mcs51_table};
+use crate::isa::{Mcs51Op, Mcs51OpKind, mcs51_table};
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
 use crate::soc::{BusTransfer, Mcs51Soc};
 
@@ -405,7 +405,7 @@ impl<P: Probe> Mcs51Machine for Executor<'_, P> {
 /// Executes `$op` on `$m`; `$other` is for kinds without a row.
 macro_rules! execute_op {
     ($m:ident, $op:ident, $other:expr) => {
-        mcs51_table!(dispatch { ($m, $op, $op.kind, $other) })
+        mcs51_table!(dispatch { ($m, $op, Mcs51OpKind, $op.kind, $other) })
     };
 }
 
@@ -415,7 +415,7 @@ impl<P: Probe> Executor<'_, P> {
     pub(crate) fn burst(self, ops: &[Mcs51Op; ADDRESS_SPACE]) -> CoreRegisters {
         let mut executor = self;
         let m = &mut executor;
-        emu_core::burst_loop!(m, op = ops[m.core.pc as u16 as usize], m.core.pc & 0xFFFF, {
+        emu_core::burst_loop!(m, op: Mcs51OpKind = ops[m.core.pc as u16 as usize], m.core.pc & 0xFFFF, {
             execute_op!(m, op, emu_core::leave_burst!(m));
         });
         executor.core

@@ -258,7 +258,7 @@ macro_rules! mcs51_table {
 }
 pub(crate) use mcs51_table;
 
-mcs51_table!(emu_core::define_isa {});
+mcs51_table!(emu_core::define_isa { Mcs51OpKind; });
 
 /// The table for tools. Erased program memory is all ones, which is also the opcode of `mov R7,A`.
 pub const ISA: InstructionSet = InstructionSet {
@@ -278,8 +278,8 @@ fn flow(row: usize) -> FlowKind {
     let relative =
         |row: &InstructionRow| row.operands.iter().any(|slot| slot.kind.name == Rel::KIND.name && !slot.kind.wide);
     match (KINDS.get(row), ROWS.get(row)) {
-        (Some(Kind::Reti), _) => FlowKind::EndsInterrupt,
-        (Some(Kind::Sjmp), _) => FlowKind::Straight,
+        (Some(Mcs51OpKind::Reti), _) => FlowKind::EndsInterrupt,
+        (Some(Mcs51OpKind::Sjmp), _) => FlowKind::Straight,
         (_, Some(row)) if relative(row) => FlowKind::Conditional,
         _ => FlowKind::Straight,
     }
@@ -324,7 +324,7 @@ const NO_ROW: u8 = 0xFF;
 
 /// The row of the instruction at the front of `bytes`; `None` for A5h.
 #[must_use]
-pub fn find_row(bytes: [u8; 3]) -> Option<MatchedRow<Kind>> {
+pub fn find_row(bytes: [u8; 3]) -> Option<MatchedRow<Mcs51OpKind>> {
     let i = usize::from(ROW_BY_OPCODE[usize::from(bytes[0])]);
     let row = ROWS.get(i)?;
     Some(MatchedRow { row, kind: KINDS[i], bits: instruction_bits(row, WORD_BITS, &bytes.map(u16::from)) })
@@ -339,7 +339,7 @@ fn locate(pc: u32, len: u32) -> InstructionLocation {
 ///
 /// # Errors
 /// An operand does not fit; the error says what is allowed.
-pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Vec<u8>, EncodeError> {
+pub fn encode(kind: Mcs51OpKind, operands: &[i32], pc: u32) -> Result<Vec<u8>, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     let bits = row.encode(operands, &locate(pc, row.len()))?;
     Ok(instruction_words(row, WORD_BITS, bits).iter().map(|&word| word as u8).collect())
@@ -352,7 +352,7 @@ pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
 }
 
 /// A predecoded instruction.
-pub type Mcs51Op = PredecodedOp<Kind>;
+pub type Mcs51Op = PredecodedOp<Mcs51OpKind>;
 
 #[cfg(test)]
 mod tests {

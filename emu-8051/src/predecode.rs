@@ -8,7 +8,7 @@ use emu_core::state::MemoryChanges;
 use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
 use crate::executor::ADDRESS_SPACE;
-use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, find_row};
+use crate::isa::{Mcs51Op, Mcs51OpKind, ROWS, SHAPES, find_row};
 use crate::operands::{BitAddr, Dir, RamBit};
 use crate::recorder::{InstructionRecord, record_instruction};
 use crate::soc::volatile_register;
@@ -33,8 +33,8 @@ pub(crate) const BANKED: u16 = 0x100;
 pub(crate) struct CodeMemory {
     /// The bytes; erased ones are FFh.
     pub bytes: Box<[u8; ADDRESS_SPACE]>,
-    /// One op per byte, with breakpoints. `ops[0]` marks only jumps to themselves as [`Kind::PollingLoop`],
-    /// since that is how programs end; `ops[1]` marks all polling loops.
+    /// One op per byte, with breakpoints. `ops[0]` marks only jumps to themselves as
+    /// [`Mcs51OpKind::PollingLoop`], since that is how programs end; `ops[1]` marks all polling loops.
     pub ops: [Box<[Mcs51Op; ADDRESS_SPACE]>; 2],
     /// The ops without any marks or breakpoints.
     pub ops_unmarked: Box<[Mcs51Op; ADDRESS_SPACE]>,
@@ -94,8 +94,8 @@ impl CodeMemory {
     /// The mark of the instruction at `pc` for the run loop; plain if a breakpoint is set.
     pub(crate) fn instruction_mark(&self, pc: u32) -> InstructionMark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
-            [Kind::PollingLoop, _] => InstructionMark::JumpsToItself,
-            [_, Kind::PollingLoop] => InstructionMark::ClosesLoop,
+            [Mcs51OpKind::PollingLoop, _] => InstructionMark::JumpsToItself,
+            [_, Mcs51OpKind::PollingLoop] => InstructionMark::ClosesLoop,
             _ => InstructionMark::Plain,
         }
     }
@@ -120,18 +120,19 @@ impl CodeMemory {
         for pc in from..to {
             let op = match pc < self.size {
                 true => decode(self.bytes_at(pc), pc, self.xdata_bus),
-                false => PredecodedOp { kind: Kind::Illegal, args: [0; 3] },
+                false => PredecodedOp { kind: Mcs51OpKind::Illegal, args: [0; 3] },
             };
             self.ops_unmarked[pc as usize] = op;
             let head = loop_closed_by(op, self.bytes_at(pc), pc);
-            let jumps_to_itself = head == Some(pc) && matches!(op.kind, Kind::Sjmp | Kind::Ajmp | Kind::Ljmp);
+            let jumps_to_itself =
+                head == Some(pc) && matches!(op.kind, Mcs51OpKind::Sjmp | Mcs51OpKind::Ajmp | Mcs51OpKind::Ljmp);
             let loop_plan = head
                 .filter(|_| !jumps_to_itself)
                 .and_then(|head| self.countdown_loop(op, head, pc).or_else(|| self.polling_loop(head, pc)));
             let kinds = match (self.breakpoints.contains(&pc), jumps_to_itself, &loop_plan) {
-                (true, ..) => [Kind::Breakpoint; 2],
-                (_, true, _) => [Kind::PollingLoop; 2],
-                (.., Some(_)) => [op.kind, Kind::PollingLoop],
+                (true, ..) => [Mcs51OpKind::Breakpoint; 2],
+                (_, true, _) => [Mcs51OpKind::PollingLoop; 2],
+                (.., Some(_)) => [op.kind, Mcs51OpKind::PollingLoop],
                 _ => [op.kind; 2],
             };
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
@@ -176,11 +177,11 @@ impl CodeMemory {
     /// The loop from `head` to the DJNZ `op` at `end`, if there are only NOPs between them.
     fn countdown_loop(&self, op: Mcs51Op, head: u32, end: u32) -> Option<LoopPlan> {
         let counter = match op.kind {
-            Kind::DjnzReg => BANKED | u16::from(op.args[0]),
-            Kind::DjnzRam => u16::from(op.args[0]),
+            Mcs51OpKind::DjnzReg => BANKED | u16::from(op.args[0]),
+            Mcs51OpKind::DjnzRam => u16::from(op.args[0]),
             _ => return None,
         };
-        let only_nops = (head..end).all(|pc| decode(self.bytes_at(pc), pc, self.xdata_bus).kind == Kind::Nop);
+        let only_nops = (head..end).all(|pc| decode(self.bytes_at(pc), pc, self.xdata_bus).kind == Mcs51OpKind::Nop);
         only_nops.then_some(LoopPlan {
             head,
             registers_read: Vec::new(),
@@ -201,7 +202,7 @@ fn instruction_len(bytes: [u8; 3]) -> u32 {
 /// Decodes the instruction at the start of `bytes`, whose address is `pc`, without marks or breakpoints.
 fn decode(bytes: [u8; 3], pc: u32, xdata_bus: XdataBus) -> Mcs51Op {
     let Some(MatchedRow { row, kind, bits }) = find_row(bytes) else {
-        return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
+        return PredecodedOp { kind: Mcs51OpKind::Illegal, args: [0; 3] };
     };
     let len = row.len();
     let mut op = row.predecode(kind, bits, &InstructionLocation { pc, len, next_len: 1, pc_mask: 0xFFFF });
@@ -211,14 +212,14 @@ fn decode(bytes: [u8; 3], pc: u32, xdata_bus: XdataBus) -> Mcs51Op {
         let place = row.operands.len() - 1;
         op.args[place] = op.args[place].wrapping_sub((pc + len) as u8);
     }
-    let reads = matches!(kind, Kind::MovxADptr | Kind::MovxAInd);
-    let writes = matches!(kind, Kind::MovxDptrA | Kind::MovxIndA);
+    let reads = matches!(kind, Mcs51OpKind::MovxADptr | Mcs51OpKind::MovxAInd);
+    let writes = matches!(kind, Mcs51OpKind::MovxDptrA | Mcs51OpKind::MovxIndA);
     let needs_slow_path = match xdata_bus {
         XdataBus::Separate => false,
         XdataBus::Unified => writes,
         XdataBus::Absent => reads || writes,
     };
-    if needs_slow_path { PredecodedOp { kind: Kind::RewriteCode, ..op } } else { ram_variant(op) }
+    if needs_slow_path { PredecodedOp { kind: Mcs51OpKind::RewriteCode, ..op } } else { ram_variant(op) }
 }
 
 /// The op in the shape for RAM, if all addresses of its operands are in RAM.
@@ -239,7 +240,7 @@ fn ram_variant(mut op: Mcs51Op) -> Mcs51Op {
 /// The target of a short backward jump, or of one to itself: the head of the loop that it ends.
 fn loop_closed_by(op: Mcs51Op, bytes: [u8; 3], pc: u32) -> Option<u32> {
     let record = record_instruction(op);
-    let may_repeat = !record.has_other_effects || matches!(op.kind, Kind::DjnzReg | Kind::DjnzRam);
+    let may_repeat = !record.has_other_effects || matches!(op.kind, Mcs51OpKind::DjnzReg | Mcs51OpKind::DjnzRam);
     jump_target(&record, bytes, pc).filter(|&target| may_repeat && target <= pc && pc - target <= MAX_LOOP_BYTES)
 }
 

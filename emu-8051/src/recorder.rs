@@ -9,7 +9,7 @@ use emu_core::machine::unknown::{UnknownValue, UnknownWide};
 
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::isa::{Kind, Mcs51Op, mcs51_table};
+use crate::isa::{Mcs51Op, Mcs51OpKind, mcs51_table};
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
 use crate::periph::map::sfr;
 
@@ -36,7 +36,7 @@ pub(crate) struct InstructionRecord {
 pub(crate) fn record_instruction(op: Mcs51Op) -> InstructionRecord {
     let mut record = InstructionRecord::default();
     let (m, op) = (&mut record, &op);
-    mcs51_table!(dispatch { (m, op, op.kind, m.has_other_effects = true) });
+    mcs51_table!(dispatch { (m, op, Mcs51OpKind, op.kind, m.has_other_effects = true) });
     record
 }
 

@@ -135,7 +135,7 @@ impl Ap101Channels {
     }
 
     /// Number of output channels, which is also the number of machine cycles of a reload.
-    pub(crate) const fn count(&self) -> u64 {
+    pub(crate) const fn output_channel_count(&self) -> u64 {
         self.output_channels as u64
     }
 
@@ -153,7 +153,7 @@ impl Ap101Channels {
     /// Reloads the output channels that are due in the machine cycles `from` to `to` (exclusive) of a reload
     /// that began at `first`. An output that was not written is set to its image at the end of its cycle.
     pub(crate) fn reload(&mut self, first: u64, from: u64, to: u64, out: &mut Ap101Outbox) {
-        let channels = (from - first) as usize..(to - first).min(self.count()) as usize;
+        let channels = (from - first) as usize..(to - first).min(self.output_channel_count()) as usize;
         let images = usize::from(IMAGE_START)..usize::from(IMAGE_START + OUTPUTS);
         let (Some(outputs), Some(written), Some(images)) = (
             self.outputs.get(channels.clone()),

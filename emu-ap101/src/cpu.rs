@@ -288,7 +288,7 @@ impl Cpu for Ap101 {
         // If no instruction is next, the step ends where one is next, or at what is due before.
         let next = match self.phase {
             _ if self.fetched_word.is_some() => now,
-            ProgramPhase::Reload { from, .. } => from + self.soc.channels.count(),
+            ProgramPhase::Reload { from, .. } => from + self.soc.channels.output_channel_count(),
             ProgramPhase::Ready { at } => at,
             ProgramPhase::NoSupply | ProgramPhase::Run { .. } => now,
         };

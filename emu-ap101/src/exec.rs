@@ -79,88 +79,104 @@ impl BitOperand for CellOperand {
     }
 }
 
+/// A := operand.
 #[inline(always)]
 pub(crate) fn load<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(bit);
 }
 
+/// A := not operand.
 #[inline(always)]
 pub(crate) fn load_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(!bit);
 }
 
+/// operand := A.
 #[inline(always)]
 pub(crate) fn store<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = m.a();
     a.store(m, bit, true);
 }
 
+/// operand := not A.
 #[inline(always)]
 pub(crate) fn store_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = !m.a();
     a.store(m, bit, false);
 }
 
+/// operand := `value`, if A is 1 (set and reset).
 #[inline(always)]
 pub(crate) fn store_if<M: Ap101Machine>(m: &mut M, a: impl BitOperand, value: bool) {
     let condition = m.a();
     a.write_if(m, condition, M::bit(value));
 }
 
+/// A := A and operand.
 #[inline(always)]
 pub(crate) fn and<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() & bit);
 }
 
+/// A := A and not operand.
 #[inline(always)]
 pub(crate) fn and_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() & !bit);
 }
 
+/// A := A or operand.
 #[inline(always)]
 pub(crate) fn or<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() | bit);
 }
 
+/// A := A or not operand.
 #[inline(always)]
 pub(crate) fn or_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() | !bit);
 }
 
+/// A := A xor operand.
 #[inline(always)]
 pub(crate) fn xor<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() ^ bit);
 }
 
+/// A := not A.
 #[inline(always)]
 pub(crate) fn not<M: Ap101Machine>(m: &mut M) {
     m.set_a(!m.a());
 }
 
+/// A := 0.
 #[inline(always)]
 pub(crate) fn clear<M: Ap101Machine>(m: &mut M) {
     m.set_a(M::bit(false));
 }
 
+/// Jumps to a target.
 #[inline(always)]
 pub(crate) fn jump<M: Ap101Machine>(m: &mut M, t: JumpTarget) {
     m.jump_if(M::bit(true), t.0);
 }
 
+/// Jumps to a target if A is 1.
 #[inline(always)]
 pub(crate) fn jump_if<M: Ap101Machine>(m: &mut M, t: JumpTarget) {
     m.jump_if(m.a(), t.0);
 }
 
+/// Does nothing.
 #[inline(always)]
 pub(crate) fn nop<M: Ap101Machine>(_: &mut M) {}
 
+/// A word that is no instruction: does nothing.
 #[inline(always)]
 pub(crate) fn data<M: Ap101Machine>(_: &mut M, _: D) {}

@@ -10,7 +10,7 @@ use emu_core::lint::Lint;
 
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::isa::{Ap101Op, Kind, SPAN, ap101_table};
+use crate::isa::{Ap101Op, Ap101OpKind, SPAN, ap101_table};
 use crate::operands::{A, BitAddress, BitLocation, D, IMAGE_START, JumpTarget, M_START, X, ZONE_BITS};
 use crate::predecode::{CodeMemory, OP_COUNT};
 use crate::soc::Ap101Soc;
@@ -75,14 +75,14 @@ impl<P: Probe> Executor<'_, P> {
         while executor.core.clock.is_before_deadline() {
             let op = &ops[executor.core.next_address as usize % OP_COUNT];
             if P::INSN
-                && op.kind != Kind::Slow
+                && op.kind != Ap101OpKind::Slow
                 && executor.probe.on_instruction(executor.core.clock.now(), executor.core.next_address)
             {
                 executor.core.stop_requested = true;
                 executor.core.clock.expire();
                 break;
             }
-            ap101_table!(dispatch { (executor, op, op.kind, break) });
+            ap101_table!(dispatch { (executor, op, Ap101OpKind, op.kind, break) });
             report_branch(executor.probe, executor.core.last, executor.core.next_address);
         }
         self.core
@@ -91,7 +91,7 @@ impl<P: Probe> Executor<'_, P> {
     /// Runs one instruction, whose kind must be a row.
     pub(crate) fn single(mut self, op: Ap101Op) -> CoreRegisters {
         let (executor, op) = (&mut self, &op);
-        ap101_table!(dispatch { (executor, op, op.kind, ()) });
+        ap101_table!(dispatch { (executor, op, Ap101OpKind, op.kind, ()) });
         self.core
     }
 

@@ -87,7 +87,7 @@ macro_rules! ap101_table {
 }
 pub(crate) use ap101_table;
 
-ap101_table!(emu_core::define_isa {});
+ap101_table!(emu_core::define_isa { Ap101OpKind; });
 
 /// The table for tools. A blank memory is NOPs.
 pub const ISA: InstructionSet = InstructionSet {
@@ -99,7 +99,7 @@ pub const ISA: InstructionSet = InstructionSet {
     locate: |pc, _| site(pc),
     is_missing: |_| false,
     flow: |row| match KINDS.get(row) {
-        Some(Kind::Jmpc | Kind::JmpcX) => FlowKind::Conditional,
+        Some(Ap101OpKind::Jmpc | Ap101OpKind::JmpcX) => FlowKind::Conditional,
         _ => FlowKind::Straight,
     },
 };
@@ -121,7 +121,7 @@ pub const INDEXED: u16 = 0x800;
 
 /// Finds the row of the instruction `word`, and its kind. Every word is an instruction.
 #[must_use]
-pub fn find_row(word: u16) -> (&'static InstructionRow, Kind) {
+pub fn find_row(word: u16) -> (&'static InstructionRow, Ap101OpKind) {
     let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word]).unwrap_or((ROWS.len() - 1, 0));
     (&ROWS[i], KINDS[i])
 }
@@ -134,7 +134,7 @@ const fn site(pc: u32) -> InstructionLocation {
 ///
 /// # Errors
 /// An operand does not fit; the error says what is allowed.
-pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
+pub fn encode(kind: Ap101OpKind, operands: &[i32]) -> Result<u16, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     row.encode(operands, &site(0)).map(|word| word as u16)
 }
@@ -156,7 +156,7 @@ pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
 }
 
 /// A predecoded instruction.
-pub type Ap101Op = PredecodedOp<Kind>;
+pub type Ap101Op = PredecodedOp<Ap101OpKind>;
 
 #[cfg(test)]
 mod tests {

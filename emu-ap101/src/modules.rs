@@ -112,7 +112,7 @@ pub struct Ap101Module {
     /// The last value written: its enable, or the input of a counter.
     input: bool,
     /// TOF: the input has fallen and not risen since. TP: a pulse has started.
-    begun: bool,
+    has_started: bool,
     /// The cycle from which it measures.
     since: u64,
     /// RTO: cycles measured before `since`.
@@ -135,7 +135,7 @@ impl SnapshotState for Ap101Module {
             hz: _,
             preset,
             input: level,
-            begun,
+            has_started,
             since,
             accumulated: kept,
             count,
@@ -146,7 +146,7 @@ impl SnapshotState for Ap101Module {
         let mut word = *count as u16;
         preset.pass_state(tape)?;
         level.pass_state(tape)?;
-        begun.pass_state(tape)?;
+        has_started.pass_state(tape)?;
         since.pass_state(tape)?;
         kept.pass_state(tape)?;
         word.pass_state(tape)?;
@@ -168,7 +168,7 @@ impl Ap101Module {
             hz,
             preset: settings.preset,
             input: false,
-            begun: false,
+            has_started: false,
             since: 0,
             accumulated: 0,
             count: 0,
@@ -205,7 +205,7 @@ impl Ap101Module {
         let measured = cycle.saturating_sub(self.since);
         match self.settings.kind {
             ModuleKind::Ton if self.input => measured,
-            ModuleKind::Tof | ModuleKind::Tp if self.begun => measured,
+            ModuleKind::Tof | ModuleKind::Tp if self.has_started => measured,
             ModuleKind::Rto => self.accumulated + if self.input { measured } else { 0 },
             _ => 0,
         }
@@ -225,9 +225,9 @@ impl Ap101Module {
         }
         match self.settings.kind {
             ModuleKind::Ton => self.input && self.has_elapsed(cycle),
-            ModuleKind::Tof => self.input || self.begun && !self.has_elapsed(cycle),
+            ModuleKind::Tof => self.input || self.has_started && !self.has_elapsed(cycle),
             ModuleKind::Rto => self.has_elapsed(cycle),
-            ModuleKind::Tp => self.begun && !self.has_elapsed(cycle),
+            ModuleKind::Tp => self.has_started && !self.has_elapsed(cycle),
             _ => false,
         }
     }
@@ -273,14 +273,14 @@ impl Ap101Module {
     }
 
     /// The program writes the module. The new level is valid from the machine cycle `cycle` on, in the
-    /// program cycle that began at `begun`.
-    pub fn write(&mut self, level: bool, cycle: u64, begun: u64) {
+    /// program cycle that began at `cycle_start`.
+    pub fn write(&mut self, level: bool, cycle: u64, cycle_start: u64) {
         let (rises, falls) = (level && !self.input, !level && self.input);
         if self.settings.kind.is_counter() {
             self.update_counter(level, rises);
         } else if self.is_timed_in_ms() {
             self.update_timer(rises, falls, cycle);
-        } else if self.advanced_in.replace(begun) != Some(begun) {
+        } else if self.advanced_in.replace(cycle_start) != Some(cycle_start) {
             self.advance(level, rises);
         }
         self.input = level;
@@ -290,8 +290,8 @@ impl Ap101Module {
         match self.settings.kind {
             ModuleKind::Ton | ModuleKind::Rto if rises => self.since = cycle,
             ModuleKind::Rto if falls => self.accumulated = self.elapsed(cycle),
-            ModuleKind::Tof if rises || falls => (self.begun, self.since) = (falls, cycle),
-            ModuleKind::Tp if rises && !self.q(cycle) => (self.begun, self.since) = (true, cycle),
+            ModuleKind::Tof if rises || falls => (self.has_started, self.since) = (falls, cycle),
+            ModuleKind::Tp if rises && !self.q(cycle) => (self.has_started, self.since) = (true, cycle),
             _ => {}
         }
     }
@@ -335,11 +335,11 @@ impl Ap101Module {
                 level && !full
             }
             ModuleKind::Tp => {
-                let again = rises && (full || !self.begun);
+                let again = rises && (full || !self.has_started);
                 self.count = if again { 0 } else { self.count };
-                self.begun = if again { 0 < limit } else { self.begun && !full };
-                self.output = self.begun;
-                self.begun
+                self.has_started = if again { 0 < limit } else { self.has_started && !full };
+                self.output = self.has_started;
+                self.has_started
             }
             _ => false,
         };
@@ -353,7 +353,7 @@ impl Ap101Module {
         (self.since, self.accumulated) = (cycle, 0);
         self.set_count(0);
         if self.settings.kind == ModuleKind::Tp {
-            (self.begun, self.output) = (false, false);
+            (self.has_started, self.output) = (false, false);
         }
     }
 

@@ -9,7 +9,7 @@ use emu_core::table::{InstructionLocation, PredecodedOp};
 
 use crate::chips::FIRST_OUTPUT;
 use crate::config::{Ap101Config, InputSampling, MODULES, ProgramEntry};
-use crate::isa::{Ap101Op, INDEXED, Kind, SHAPES, SPAN, find_row};
+use crate::isa::{Ap101Op, Ap101OpKind, INDEXED, SHAPES, SPAN, find_row};
 use crate::operands::{BitAddress, BitLocation, IMAGE_START, M_START, ZONE_BITS};
 
 /// Number of ops of a program. Those after the end of program memory leave the hot loop, so that NA need not
@@ -17,7 +17,7 @@ use crate::operands::{BitAddress, BitLocation, IMAGE_START, M_START, ZONE_BITS};
 pub(crate) const OP_COUNT: usize = 2 * SPAN;
 
 /// The op that leaves the hot loop.
-const SLOW_OP: Ap101Op = PredecodedOp { kind: Kind::Slow, args: [0; 3] };
+const SLOW_OP: Ap101Op = PredecodedOp { kind: Ap101OpKind::Slow, args: [0; 3] };
 
 /// The channels and modules that exist, for locating addresses.
 #[derive(Debug, Clone)]
@@ -189,9 +189,14 @@ impl CodeMemory {
     /// The location that an instruction of a program addresses; `None` if it has no such address.
     fn operand_location(&self, which: usize, word: u16) -> Option<BitLocation> {
         match find_row(word).1 {
-            Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX | Kind::Not | Kind::Clr | Kind::Nop | Kind::NopData => {
-                None
-            }
+            Ap101OpKind::Jmp
+            | Ap101OpKind::JmpX
+            | Ap101OpKind::Jmpc
+            | Ap101OpKind::JmpcX
+            | Ap101OpKind::Not
+            | Ap101OpKind::Clr
+            | Ap101OpKind::Nop
+            | Ap101OpKind::NopData => None,
             _ => {
                 let field = word % SPAN as u16;
                 let addr = if word & INDEXED == 0 { field } else { add_index(field, self.index_of(which)) };
@@ -204,7 +209,7 @@ impl CodeMemory {
     pub(crate) fn flow(&self, which: usize, word: u16) -> ProgramFlow {
         let kind = find_row(word).1;
         let Some(ops) = self.programs.get(which) else { return ProgramFlow::WithinProgram };
-        if !matches!(kind, Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX) {
+        if !matches!(kind, Ap101OpKind::Jmp | Ap101OpKind::JmpX | Ap101OpKind::Jmpc | Ap101OpKind::JmpcX) {
             return ProgramFlow::WithinProgram;
         }
         let target = self.jump_target(which, word);
@@ -226,14 +231,18 @@ impl CodeMemory {
         let (row, kind) = find_row(word);
         let op = row.predecode(kind, word.into(), &InstructionLocation::default());
         match kind {
-            Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX => op_with_value(kind, self.jump_target(which, word)),
+            Ap101OpKind::Jmp | Ap101OpKind::JmpX | Ap101OpKind::Jmpc | Ap101OpKind::JmpcX => {
+                op_with_value(kind, self.jump_target(which, word))
+            }
             _ => {
                 let Some(spot) = self.operand_location(which, word) else { return op };
-                let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
+                let writes = matches!(kind, Ap101OpKind::Sto | Ap101OpKind::Stoc | Ap101OpKind::Stc | Ap101OpKind::Rtc);
                 // Writes to inputs that need special handling do not use the short kind.
                 let (plain, cell) = match spot {
                     BitLocation::Cell(cell) => (
-                        cell >= M_START || !writes || matches!(kind, Kind::Sto | Kind::Stoc) && !self.address_map.live,
+                        cell >= M_START
+                            || !writes
+                            || matches!(kind, Ap101OpKind::Sto | Ap101OpKind::Stoc) && !self.address_map.live,
                         cell,
                     ),
                     BitLocation::Output(n) => (!writes, IMAGE_START + n),
@@ -249,7 +258,7 @@ impl CodeMemory {
 }
 
 /// An op with one operand.
-const fn op_with_value(kind: Kind, value: u16) -> Ap101Op {
+const fn op_with_value(kind: Ap101OpKind, value: u16) -> Ap101Op {
     let [low, high] = value.to_le_bytes();
     PredecodedOp { kind, args: [low, high, 0] }
 }

@@ -15,7 +15,7 @@ use emu_core::pins::CycleTime;
 
 use crate::cpu::Ap101;
 use crate::executor::{Executor, report_branch};
-use crate::isa::{Kind, SPAN, find_row};
+use crate::isa::{Ap101OpKind, SPAN, find_row};
 use crate::predecode::ProgramFlow;
 use crate::soc::CLOCKS;
 
@@ -152,7 +152,7 @@ impl Ap101 {
                     self.core.clock.set_deadline(until.min(next).min(begun + WATCHDOG_CYCLES).max(now + 1));
                     return None;
                 }
-                ProgramPhase::Reload { from, .. } => from + self.soc.channels.count(),
+                ProgramPhase::Reload { from, .. } => from + self.soc.channels.output_channel_count(),
                 ProgramPhase::Ready { at } if now < at => at,
                 ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.run_state.run_while_halted => {
                     return Some(StopReason::Halted);
@@ -235,7 +235,7 @@ impl Ap101 {
     /// Ends a reload that is complete, and checks whether the period was exceeded.
     fn finish_reload(&mut self, now: u64) {
         if let ProgramPhase::Reload { from, due } = self.phase
-            && now >= from + self.soc.channels.count()
+            && now >= from + self.soc.channels.output_channel_count()
         {
             if due.is_some_and(|due| now > due) {
                 self.overruns = self.overruns.saturating_add(1);
@@ -321,7 +321,7 @@ impl Ap101 {
         let previous_ric = self.fetched_word.take().unwrap_or(word);
         self.core.next_address = pc;
         let kind = find_row(word).1;
-        let taken = matches!(kind, Kind::Jmp | Kind::JmpX) || self.core.a;
+        let taken = matches!(kind, Ap101OpKind::Jmp | Ap101OpKind::JmpX) || self.core.a;
         let flow = if taken { self.code.flow(self.program_index, word) } else { ProgramFlow::WithinProgram };
         if let ProgramFlow::LeavesProgram(target) = flow {
             self.ric = previous_ric;
@@ -330,7 +330,7 @@ impl Ap101 {
                 fault: ProgramFault::JumpOutOfProgram { target },
             }));
         }
-        if P::LINT && matches!(kind, Kind::Not | Kind::Clr) && word & 0xFFF != 0 {
+        if P::LINT && matches!(kind, Ap101OpKind::Not | Ap101OpKind::Clr) && word & 0xFFF != 0 {
             probe.on_lint(now, pc, Lint::UnusedFieldSet { word });
         }
         let op = self.code.op(self.program_index, word, false);

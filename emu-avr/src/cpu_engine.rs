@@ -7,7 +7,7 @@ use emu_core::engine::{CpuEngine, InstructionMark, LoopPlan};
 
 use crate::cpu::Avr;
 use crate::flags::{SregFlag, SregFlags};
-use crate::isa::Kind;
+use crate::isa::AvrOpKind;
 use crate::soc::CoreRequest;
 
 impl CpuEngine for Avr {
@@ -86,7 +86,7 @@ impl CpuEngine for Avr {
         // `pc` can be past the end of memory; it wraps to the start.
         self.core.pc = pc;
         let op = self.code.ops_unmarked[pc as usize];
-        if op.kind == Kind::Illegal {
+        if op.kind == AvrOpKind::Illegal {
             return Err(ProgramError::Illegal { pc, word: self.code.word(pc) });
         }
         self.core = self.executor(probe).0.single(op);

@@ -13,7 +13,7 @@ use emu_core::table::PredecodedOp;
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::flags::{SregFlag, SregFlags};
-use crate::isa::{AvrOp, Kind, avr_table};
+use crate::isa::{AvrOp, AvrOpKind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::predecode::{CodeMemory, MAX_WORDS};
 use crate::soc::AvrSoc;
@@ -383,7 +383,7 @@ impl<P: Probe> AvrMachine for Executor<'_, P> {
 /// Executes `$op` on `$m`. `$other` runs for kinds without a row.
 macro_rules! execute_op {
     ($m:ident, $op:ident, $other:expr) => {
-        avr_table!(dispatch { ($m, $op, $op.kind, $other) })
+        avr_table!(dispatch { ($m, $op, AvrOpKind, $op.kind, $other) })
     };
 }
 
@@ -393,7 +393,7 @@ impl<P: Probe> Executor<'_, P> {
     pub(crate) fn burst(self, ops: &[AvrOp; MAX_WORDS]) -> CoreRegisters {
         let mut executor = self;
         let m = &mut executor;
-        emu_core::burst_loop!(m, op = ops[m.core.pc as u16 as usize], m.core.pc & m.code.mask(), {
+        emu_core::burst_loop!(m, op: AvrOpKind = ops[m.core.pc as u16 as usize], m.core.pc & m.code.mask(), {
             if P::LINT {
                 m.lint(op);
             }
@@ -404,7 +404,7 @@ impl<P: Probe> Executor<'_, P> {
 
     /// Executes the given op instead of the one in the op array. A kind without a row does nothing.
     #[inline(never)]
-    pub(crate) fn single(self, op: PredecodedOp<Kind>) -> CoreRegisters {
+    pub(crate) fn single(self, op: PredecodedOp<AvrOpKind>) -> CoreRegisters {
         let mut executor = self;
         let m = &mut executor;
         let op = &op;

@@ -275,7 +275,7 @@ macro_rules! avr_table {
 }
 pub(crate) use avr_table;
 
-avr_table!(emu_core::define_isa {});
+avr_table!(emu_core::define_isa { AvrOpKind; });
 
 /// Alternative spellings that the assembler accepts: mnemonic, syntax, then mnemonic and operands that they
 /// mean.
@@ -322,7 +322,7 @@ pub const fn instruction_set<const FLASH: u32>() -> InstructionSet {
 /// cycles varies.
 fn flow(row: usize) -> FlowKind {
     match (KINDS.get(row), ROWS.get(row)) {
-        (Some(Kind::Reti), _) => FlowKind::EndsInterrupt,
+        (Some(AvrOpKind::Reti), _) => FlowKind::EndsInterrupt,
         (_, Some(row)) if row.has_variable_cycles() => FlowKind::Conditional,
         _ => FlowKind::Straight,
     }
@@ -331,10 +331,10 @@ fn flow(row: usize) -> FlowKind {
 /// Reports whether a chip with `flash` bytes of flash lacks an instruction: JMP and CALL need more than 8 KB,
 /// ELPM more than 64 KB (instruction set manual, core descriptions).
 #[must_use]
-pub const fn is_missing(flash: u32, kind: Kind) -> bool {
+pub const fn is_missing(flash: u32, kind: AvrOpKind) -> bool {
     match kind {
-        Kind::Jmp | Kind::Call => flash <= 0x2000,
-        Kind::Elpm | Kind::ElpmZ | Kind::ElpmZi => flash <= 0x1_0000,
+        AvrOpKind::Jmp | AvrOpKind::Call => flash <= 0x2000,
+        AvrOpKind::Elpm | AvrOpKind::ElpmZ | AvrOpKind::ElpmZi => flash <= 0x1_0000,
         _ => false,
     }
 }
@@ -364,7 +364,7 @@ pub const PC_MASK: u32 = 0x3FFF;
 ///
 /// # Errors
 /// Fails if an operand does not fit; the error gives the allowed values.
-pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<InstructionWords, EncodeError> {
+pub fn encode(kind: AvrOpKind, operands: &[i32], pc: u32) -> Result<InstructionWords, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     let bits = row.encode(operands, &InstructionLocation { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK })?;
     Ok(match row.len() {
@@ -389,13 +389,13 @@ fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> DisassembledInstr
 /// Returns the row, kind and bits of the instruction that starts with the word `first`; None if no row
 /// matches.
 #[must_use]
-pub fn find_row(first: u16, second: u16) -> Option<MatchedRow<Kind>> {
+pub fn find_row(first: u16, second: u16) -> Option<MatchedRow<AvrOpKind>> {
     let (i, bits) = emu_core::table::find_row(ROWS, WORD_BITS, &[first, second])?;
     Some(MatchedRow { row: &ROWS[i], kind: KINDS[i], bits })
 }
 
 /// A predecoded AVR instruction.
-pub type AvrOp = PredecodedOp<Kind>;
+pub type AvrOp = PredecodedOp<AvrOpKind>;
 
 #[cfg(test)]
 mod tests {

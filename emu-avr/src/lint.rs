@@ -23,7 +23,7 @@ use emu_core::lint::Lint;
 use crate::chips::{AvrPart, RegisterPresence};
 use crate::executor::Executor;
 use crate::flags::SregFlag;
-use crate::isa::{AvrOp, Kind};
+use crate::isa::{AvrOp, AvrOpKind};
 use crate::predecode::CodeMemory;
 use crate::recorder::record_instruction;
 use crate::soc::{AvrSoc, BaudClock};
@@ -323,7 +323,7 @@ impl LintTracker {
 
 /// Returns the target of the instruction at `pc`, if it is a jump.
 fn jump_target(code: &CodeMemory, pc: u32) -> Option<u32> {
-    let op = code.ops_unmarked.get(pc as usize).filter(|op| matches!(op.kind, Kind::Jmp | Kind::Rjmp))?;
+    let op = code.ops_unmarked.get(pc as usize).filter(|op| matches!(op.kind, AvrOpKind::Jmp | AvrOpKind::Rjmp))?;
     record_instruction(*op, true).target.map(|target| target & code.mask())
 }
 
@@ -332,7 +332,7 @@ fn jump_target(code: &CodeMemory, pc: u32) -> Option<u32> {
 /// vectors.
 fn has_handler(soc: &AvrSoc, code: &CodeMemory, at: u32) -> bool {
     let at = at & code.mask();
-    if code.ops_unmarked.get(at as usize).is_none_or(|op| op.kind == Kind::Illegal) {
+    if code.ops_unmarked.get(at as usize).is_none_or(|op| op.kind == AvrOpKind::Illegal) {
         return false;
     }
     let begins = |pc: u32| pc == soc.vector_base() || pc == soc.reset_vector() || pc == 0;
@@ -345,7 +345,7 @@ impl<P: Probe> Executor<'_, P> {
     /// checked when they execute.
     #[inline(never)]
     pub(crate) fn lint(&mut self, op: &AvrOp) {
-        if matches!(op.kind, Kind::Illegal | Kind::Breakpoint | Kind::PollingLoop) {
+        if matches!(op.kind, AvrOpKind::Illegal | AvrOpKind::Breakpoint | AvrOpKind::PollingLoop) {
             return;
         }
         let (now, pc) = (self.core.clock.now(), self.core.pc & self.code.mask());

@@ -8,7 +8,7 @@ use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
 use crate::chips::AvrPart;
 use crate::executor::{SPL, SREG};
-use crate::isa::{AvrOp, Kind, find_row, is_missing};
+use crate::isa::{AvrOp, AvrOpKind, find_row, is_missing};
 use crate::recorder::record_instruction;
 
 /// Program words in the op array: all that a 16-bit program counter can address, so that no bounds check is
@@ -21,14 +21,14 @@ pub(crate) struct CodeMemory {
     /// The bytes; their number is a power of two, and erased bytes are FFh.
     pub bytes: Vec<u8>,
     /// One op per program word, with breakpoints. `ops[0]` marks only jumps to themselves as
-    /// [`Kind::PollingLoop`], because programs end that way; `ops[1]` marks all polling loops.
+    /// [`AvrOpKind::PollingLoop`], because programs end that way; `ops[1]` marks all polling loops.
     pub ops: [Box<[AvrOp; MAX_WORDS]>; 2],
     /// The ops without marks and breakpoints.
     pub ops_unmarked: Box<[AvrOp; MAX_WORDS]>,
     /// The polling loops, by the branch that closes each.
     loops: BTreeMap<u32, LoopPlan>,
     /// Kind of an erased word.
-    erased: Kind,
+    erased: AvrOpKind,
     part: &'static AvrPart,
     breakpoints: BTreeSet<u32>,
     /// Differences from the bytes at creation.
@@ -39,8 +39,8 @@ impl CodeMemory {
     /// Creates program memory from `bytes`, whose number is a power of two and at most twice [`MAX_WORDS`].
     /// Erased words are NOPs if `erased_is_nop`, otherwise illegal.
     pub(crate) fn new(bytes: Vec<u8>, part: &'static AvrPart, erased_is_nop: bool) -> CodeMemory {
-        let erased = if erased_is_nop { Kind::Nop } else { Kind::Illegal };
-        let mut ops = Box::new([PredecodedOp { kind: Kind::PollingLoop, args: [0; 3] }; MAX_WORDS]);
+        let erased = if erased_is_nop { AvrOpKind::Nop } else { AvrOpKind::Illegal };
+        let mut ops = Box::new([PredecodedOp { kind: AvrOpKind::PollingLoop, args: [0; 3] }; MAX_WORDS]);
         ops[..bytes.len() / 2].fill(PredecodedOp { kind: erased, args: [0; 3] });
         let (ops, plain) = ([ops.clone(), ops.clone()], ops);
         let used = bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
@@ -88,7 +88,7 @@ impl CodeMemory {
         let changed = if on { self.breakpoints.insert(pc) } else { self.breakpoints.remove(&pc) };
         if changed {
             self.predecode(pc, pc + 1);
-            let kind = if on { Kind::Breakpoint } else { Kind::PollingLoop };
+            let kind = if on { AvrOpKind::Breakpoint } else { AvrOpKind::PollingLoop };
             for ops in &mut self.ops {
                 for past_end in ops.iter_mut().skip(pc as usize).step_by(self.bytes.len() / 2).skip(1) {
                     past_end.kind = kind;
@@ -106,8 +106,8 @@ impl CodeMemory {
     /// Returns the mark of the instruction at `pc` for the run loop; plain if there is a breakpoint.
     pub(crate) fn instruction_mark(&self, pc: u32) -> InstructionMark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
-            [Kind::PollingLoop, _] => InstructionMark::JumpsToItself,
-            [_, Kind::PollingLoop] => InstructionMark::ClosesLoop,
+            [AvrOpKind::PollingLoop, _] => InstructionMark::JumpsToItself,
+            [_, AvrOpKind::PollingLoop] => InstructionMark::ClosesLoop,
             _ => InstructionMark::Plain,
         }
     }
@@ -125,9 +125,9 @@ impl CodeMemory {
             let head = loop_closed_by(op, pc);
             let loop_plan = head.and_then(|head| self.polling_loop(head, pc).or_else(|| self.countdown_loop(head, pc)));
             let kinds = match (self.breakpoints.contains(&pc), head, &loop_plan) {
-                (true, ..) => [Kind::Breakpoint; 2],
-                (_, Some(head), _) if head == pc => [Kind::PollingLoop; 2],
-                (_, _, Some(_)) => [op.kind, Kind::PollingLoop],
+                (true, ..) => [AvrOpKind::Breakpoint; 2],
+                (_, Some(head), _) if head == pc => [AvrOpKind::PollingLoop; 2],
+                (_, _, Some(_)) => [op.kind, AvrOpKind::PollingLoop],
                 _ => [op.kind; 2],
             };
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
@@ -147,7 +147,7 @@ impl CodeMemory {
     }
 
     /// The row at `pc`, if the chip has the instruction.
-    fn row_at(&self, pc: u32) -> Option<MatchedRow<Kind>> {
+    fn row_at(&self, pc: u32) -> Option<MatchedRow<AvrOpKind>> {
         find_row(self.word(pc), self.word(pc + 1)).filter(|found| !is_missing(self.bytes.len() as u32, found.kind))
     }
 
@@ -160,7 +160,7 @@ impl CodeMemory {
     /// `Illegal`; an erased word has the kind `erased`.
     fn decode(&self, pc: u32) -> AvrOp {
         let Some(MatchedRow { row, kind, bits }) = self.row_at(pc) else {
-            let kind = if self.word(pc) == 0xFFFF { self.erased } else { Kind::Illegal };
+            let kind = if self.word(pc) == 0xFFFF { self.erased } else { AvrOpKind::Illegal };
             return PredecodedOp { kind, args: [0; 3] };
         };
         let len = row.len();
@@ -219,17 +219,17 @@ impl CodeMemory {
             let op = self.decode(pc);
             let (reg, first) = (op.args[0], counter.is_empty());
             match op.kind {
-                Kind::Nop | Kind::Wdr => counter_complete = !first,
-                Kind::Dec if first => (counter, counter_complete) = (vec![reg], true),
-                Kind::Sbiw if first && op.args[1] == 1 => (counter, counter_complete) = (vec![reg, reg + 1], true),
-                Kind::Subi if first && op.args[1] == 1 => counter.push(reg),
-                Kind::Sbci if !first && !counter_complete && op.args[1] == 0 && !counter.contains(&reg) => {
+                AvrOpKind::Nop | AvrOpKind::Wdr => counter_complete = !first,
+                AvrOpKind::Dec if first => (counter, counter_complete) = (vec![reg], true),
+                AvrOpKind::Sbiw if first && op.args[1] == 1 => (counter, counter_complete) = (vec![reg, reg + 1], true),
+                AvrOpKind::Subi if first && op.args[1] == 1 => counter.push(reg),
+                AvrOpKind::Sbci if !first && !counter_complete && op.args[1] == 0 && !counter.contains(&reg) => {
                     counter.push(reg)
                 }
                 _ => return None,
             }
         }
-        let is_countdown = self.decode(end).kind == Kind::Brne && !counter.is_empty();
+        let is_countdown = self.decode(end).kind == AvrOpKind::Brne && !counter.is_empty();
         is_countdown.then_some(LoopPlan {
             head,
             registers_read: Vec::new(),
@@ -247,11 +247,11 @@ impl KnownRegisters {
     /// Returns the data address at or above 20h that a load reads through a pointer with a known value.
     fn loaded_address(&self, op: AvrOp) -> Option<u16> {
         let (low, offset) = match op.kind {
-            Kind::LdX => (26, 0),
-            Kind::LdY => (28, 0),
-            Kind::LdZ => (30, 0),
-            Kind::LddY => (28, op.args[1]),
-            Kind::LddZ => (30, op.args[1]),
+            AvrOpKind::LdX => (26, 0),
+            AvrOpKind::LdY => (28, 0),
+            AvrOpKind::LdZ => (30, 0),
+            AvrOpKind::LddY => (28, op.args[1]),
+            AvrOpKind::LddZ => (30, op.args[1]),
             _ => return None,
         };
         let addr = u16::from_le_bytes([self.0[low]?, self.0[low + 1]?]).wrapping_add(offset.into());
@@ -262,8 +262,8 @@ impl KnownRegisters {
     fn update(&mut self, op: AvrOp, writes: u64, skipped: bool) {
         let of = |reg: u8| self.0[usize::from(reg & 31)];
         let values: &[Option<u8>] = match op.kind {
-            Kind::Ldi => &[Some(op.args[1])],
-            Kind::Movw => &[of(op.args[1]), of(op.args[1] + 1)],
+            AvrOpKind::Ldi => &[Some(op.args[1])],
+            AvrOpKind::Movw => &[of(op.args[1]), of(op.args[1] + 1)],
             _ => &[],
         };
         let mut values = values.iter();

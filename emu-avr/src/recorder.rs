@@ -12,7 +12,7 @@ use emu_core::machine::unknown::{UnknownValue, UnknownWide};
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::flags::SregFlag;
-use crate::isa::{AvrOp, Kind, avr_table};
+use crate::isa::{AvrOp, AvrOpKind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
 /// Effects of one execution of an instruction.
@@ -42,7 +42,7 @@ pub(crate) struct InstructionRecord {
 pub(crate) fn record_instruction(op: AvrOp, taken: bool) -> InstructionRecord {
     let mut recorder = InstructionRecorder { record: InstructionRecord::default(), reads: Cell::new(0), taken };
     let (m, op) = (&mut recorder, &op);
-    avr_table!(dispatch { (m, op, op.kind, m.record.has_other_effects = true) });
+    avr_table!(dispatch { (m, op, AvrOpKind, op.kind, m.record.has_other_effects = true) });
     InstructionRecord { reads: recorder.reads.get(), ..recorder.record }
 }
 

@@ -10,7 +10,7 @@ mod states;
 
 use std::collections::BTreeSet;
 
-use emu_avr::isa::{KINDS, Kind, ROWS};
+use emu_avr::isa::{AvrOpKind, KINDS, ROWS};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, StopReason};
 
@@ -20,18 +20,18 @@ const STATES: usize = 600;
 const ENDS: usize = 10;
 
 /// Reports whether a store may write SREG; then all of its bits can change.
-fn writes_sreg(kind: Kind, d: &states::Draw) -> bool {
+fn writes_sreg(kind: AvrOpKind, d: &states::Draw) -> bool {
     let io = |word: u16| word & 15 | (word >> 5) & 0x30;
     let pointer = |low: usize| u16::from_le_bytes([d.regs[low], d.regs[low + 1]]);
     match kind {
-        Kind::Out => io(d.words[0]) == 0x3F,
-        Kind::Sts => d.words[1] == 0x5F,
-        Kind::StX | Kind::StXi => pointer(26) == 0x5F,
-        Kind::StXd => pointer(26) == 0x60,
-        Kind::StY | Kind::StYi => pointer(28) == 0x5F,
-        Kind::StYd => pointer(28) == 0x60,
-        Kind::StZ | Kind::StZi => pointer(30) == 0x5F,
-        Kind::StZd => pointer(30) == 0x60,
+        AvrOpKind::Out => io(d.words[0]) == 0x3F,
+        AvrOpKind::Sts => d.words[1] == 0x5F,
+        AvrOpKind::StX | AvrOpKind::StXi => pointer(26) == 0x5F,
+        AvrOpKind::StXd => pointer(26) == 0x60,
+        AvrOpKind::StY | AvrOpKind::StYi => pointer(28) == 0x5F,
+        AvrOpKind::StYd => pointer(28) == 0x60,
+        AvrOpKind::StZ | AvrOpKind::StZi => pointer(30) == 0x5F,
+        AvrOpKind::StZd => pointer(30) == 0x60,
         _ => false,
     }
 }

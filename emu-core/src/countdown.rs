@@ -72,7 +72,8 @@ impl Countdown {
         self.cycles_and_count >= 1 << COUNT_BITS
     }
 
-    /// Sets the deadline to now.
+    /// Sets the deadline to now, so that the hot loop executes no further instruction before the run loop has
+    /// set a new one.
     #[inline(always)]
     pub const fn expire(&mut self) {
         self.deadline = self.now();

@@ -18,16 +18,20 @@ const MIN_QUIET_CYCLES: u64 = 64;
 /// cycles, so that short waits cost no more than without the attempts.
 const RETRY_AFTER_CYCLES: u64 = 1024;
 
-/// Settings and data of a run that are not part of the machine's state.
+/// What the run loop keeps from one call to the next: settings, and what it knows of the last run. It is no
+/// part of the machine's state, so snapshots do not contain it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RunState {
-    /// The breakpoint that stopped the last run; the next run passes it once.
+    /// Program word of the breakpoint that stopped the last run. The next run starts there and passes it
+    /// once.
     pub breakpoint_to_pass: Option<u32>,
-    /// Whether iterations of polling loops are skipped.
+    /// Setting: iterations of polling loops are skipped.
     pub skip_idle_loops: bool,
-    /// The first cycle at which polling loops are examined again.
+    /// Machine cycle before which polling loops are not examined, because an attempt to skip iterations
+    /// failed.
     pub no_skip_before: u64,
-    /// A run continues to its limit even if nothing can wake the chip.
+    /// Setting: a run continues to its limit even if nothing can wake the chip. Otherwise it stops with
+    /// [`StopReason::Halted`].
     pub run_while_halted: bool,
     /// The run found the machine asleep or in a polling loop while no event was due and no interrupt pending,
     /// so only an event from outside can change what the program does.
@@ -67,7 +71,7 @@ pub struct LoopPlan {
     /// restarts the watchdog.
     pub clears_watchdog: bool,
     /// Bytes of the counter, lowest first, if the loop does nothing but count down to zero by one per
-    /// iteration; otherwise empty. [`CpuEngine::counter_byte`] knows the numbers.
+    /// iteration; otherwise empty. The family numbers the bytes, and [`CpuEngine::counter_byte`] reads them.
     pub counter: Vec<u16>,
 }
 
@@ -101,7 +105,8 @@ pub trait CpuEngine: Cpu {
     fn is_core_asleep(&self) -> bool {
         self.bus().is_core_stopped()
     }
-    /// Whether the core accepts interrupts. Cores whose chip decides that return true.
+    /// Whether the interrupt flag of the core is set. A core without one returns true: there the registers of
+    /// the chip decide alone.
     fn accepts_interrupts(&self) -> bool {
         true
     }
@@ -165,9 +170,10 @@ pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P
     run(cpu, if sleeps { next_event.min(until).max(now + 1) } else { now + 1 }, probe)
 }
 
-/// Whether only an event from outside can change what the program does ([`Cpu::is_blocked_on_input`]). That
-/// is so if nothing is due, and the machine sleeps, or is in a polling loop, or reaches one of these within 2
-/// * `RETRY_AFTER_CYCLES` cycles.
+/// Runs on for a short time and returns whether only an event from outside can change what the program does
+/// ([`Cpu::is_blocked_on_input`]). That is so if no event is due, and the machine sleeps or is in a polling
+/// loop, at the latest after twice `RETRY_AFTER_CYCLES` cycles. This changes the machine: callers pass a
+/// copy.
 pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
     let now = cpu.cycle();
     if cpu.bus_mut().fire(now) != NEVER {
@@ -330,6 +336,13 @@ fn repeat_iterations<E: CpuEngine>(cpu: &mut E, limit: u64, start: u64, instruct
     cpu.clock_mut().repeat_iterations(limit.saturating_sub(now) / (now - start), start, instructions_before);
 }
 
+/// The program words of the first instruction of a loop and of the jump at its end.
+#[derive(Clone, Copy)]
+struct LoopSpan {
+    head: u32,
+    end: u32,
+}
+
 /// Skips iterations of the polling loop that ends with the jump at `end`, if the jump was taken and the
 /// program is at the head of the loop. It runs one iteration. If that leaves the core unchanged, it skips all
 /// whole iterations during which nothing can change. It stops early at the deadline, at a breakpoint, or
@@ -337,8 +350,9 @@ fn repeat_iterations<E: CpuEngine>(cpu: &mut E, limit: u64, start: u64, instruct
 /// because its effect is that of all the skipped ones.
 fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, nothing_due: bool, probe: &mut P) {
     let Some(head) = cpu.loop_plan(end).map(|plan| plan.head).filter(|&head| head == cpu.pc()) else { return };
+    let span = LoopSpan { head, end };
     if let Some(iterations_left) = loop_counter(cpu, end) {
-        skip_counted_iterations(cpu, (head, end), iterations_left, deadline, probe);
+        skip_counted_iterations(cpu, span, iterations_left, deadline, probe);
         return;
     }
     let (start, instructions_before, state_before) = (cpu.cycle(), cpu.instructions(), cpu.core_state());
@@ -347,7 +361,7 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
         return;
     }
-    if !run_iteration(cpu, (head, end), deadline, probe) {
+    if !run_iteration(cpu, span, deadline, probe) {
         return;
     }
     let now = cpu.cycle();
@@ -358,7 +372,7 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
         let limit = steady_until.min(deadline);
         if cpu.loop_plan(end).is_some_and(|plan| plan.clears_watchdog) {
             repeat_iterations(cpu, limit.saturating_sub(now - start), start, instructions_before);
-            run_iteration(cpu, (head, end), deadline, probe);
+            run_iteration(cpu, span, deadline, probe);
         } else {
             repeat_iterations(cpu, limit, start, instructions_before);
         }
@@ -370,38 +384,39 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
 /// runs one more iteration, which sets the flags as all skipped ones would have.
 fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     cpu: &mut E,
-    (head, end): (u32, u32),
+    span: LoopSpan,
     iterations_left: u64,
     deadline: u64,
     probe: &mut P,
 ) {
     let (start, instructions_before) = (cpu.cycle(), cpu.instructions());
-    // A probe for writes must see those of the counter, which can be in memory.
+    // A probe for writes must see those of the counter, which can be in memory. An iteration takes at least
+    // one cycle, so a loop with few iterations left may be too short, as one close to the deadline is.
     if P::DATA || iterations_left.min(deadline.saturating_sub(start)) < MIN_QUIET_CYCLES {
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
         return;
     }
-    if !run_iteration(cpu, (head, end), deadline, probe) || cpu.pc() != head {
+    if !run_iteration(cpu, span, deadline, probe) || cpu.pc() != span.head {
         return;
     }
     let iteration_cycles = cpu.cycle() - start;
     let iterations_that_fit = (deadline.saturating_sub(cpu.cycle()) / iteration_cycles).saturating_sub(1);
-    if let Some(counter) = loop_counter(cpu, end).filter(|&counter| counter + 1 == iterations_left) {
+    if let Some(counter) = loop_counter(cpu, span.end).filter(|&counter| counter + 1 == iterations_left) {
         let skipped = iterations_that_fit.min(counter.saturating_sub(2));
-        set_loop_counter(cpu, end, counter - skipped);
+        set_loop_counter(cpu, span.end, counter - skipped);
         cpu.clock_mut().repeat_iterations(skipped, start, instructions_before);
-        run_iteration(cpu, (head, end), deadline, probe);
+        run_iteration(cpu, span, deadline, probe);
     }
 }
 
 /// Runs one iteration from the head of the loop to the end of its last jump. Returns false if it stops
 /// earlier.
-fn run_iteration<E: CpuEngine, P: Probe>(cpu: &mut E, (head, end): (u32, u32), deadline: u64, probe: &mut P) -> bool {
+fn run_iteration<E: CpuEngine, P: Probe>(cpu: &mut E, span: LoopSpan, deadline: u64, probe: &mut P) -> bool {
     loop {
         let pc = cpu.pc();
         // A loop inside the loop is examined on its own.
-        let is_inner_loop = pc != end && cpu.instruction_mark(pc) != InstructionMark::Plain;
-        if cpu.cycle() >= deadline || cpu.has_breakpoint(pc) || is_inner_loop || !(head..=end).contains(&pc) {
+        let is_inner_loop = pc != span.end && cpu.instruction_mark(pc) != InstructionMark::Plain;
+        if cpu.cycle() >= deadline || cpu.has_breakpoint(pc) || is_inner_loop || !(span.head..=span.end).contains(&pc) {
             return false;
         }
         if P::INSN && probe.on_instruction(cpu.cycle(), pc) {
@@ -411,7 +426,7 @@ fn run_iteration<E: CpuEngine, P: Probe>(cpu: &mut E, (head, end): (u32, u32), d
         if cpu.execute_single(pc, probe).is_err() {
             return false;
         }
-        if pc == end {
+        if pc == span.end {
             return true;
         }
     }

@@ -72,23 +72,24 @@ macro_rules! engine_methods {
 }
 
 /// The hot loop: executes instructions of the executor `$m` until the deadline. `$op` is the op at the
-/// program counter, `$pc` the address that probes get, and `$execute` executes the op. The body is written
-/// twice, so that there are two indirect jumps, which the host predicts better than one.
+/// program counter, with a kind of the enum `$kinds`, `$pc` is the address that probes get, and `$execute`
+/// executes the op. The body is written twice, so that there are two indirect jumps, which the host predicts
+/// better than one.
 #[macro_export]
 macro_rules! burst_loop {
-    ($m:ident, $op:ident = $fetch:expr, $pc:expr, $execute:block) => {
+    ($m:ident, $op:ident: $kinds:ident = $fetch:expr, $pc:expr, $execute:block) => {
         while $m.core.clock.is_before_deadline() {
-            $crate::burst_loop!(once $m, $op = $fetch, $pc, $execute);
+            $crate::burst_loop!(once $m, $op: $kinds = $fetch, $pc, $execute);
             if !$m.core.clock.is_before_deadline() {
                 break;
             }
-            $crate::burst_loop!(once $m, $op = $fetch, $pc, $execute);
+            $crate::burst_loop!(once $m, $op: $kinds = $fetch, $pc, $execute);
         }
     };
-    (once $m:ident, $op:ident = $fetch:expr, $pc:expr, $execute:block) => {{
+    (once $m:ident, $op:ident: $kinds:ident = $fetch:expr, $pc:expr, $execute:block) => {{
         let $op = &$fetch;
         if P::INSN
-            && $op.kind as u8 != Kind::Breakpoint as u8
+            && $op.kind as u8 != $kinds::Breakpoint as u8
             && $m.probe.on_instruction($m.core.clock.now(), $pc)
         {
             $m.core.stop_requested = true;

@@ -12,7 +12,7 @@ use emu_core::table::{Operand, RamOperand};
 use crate::core_state::{BANK, CoreRegisters, PD, TO};
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::isa::{Kind, Pic16Op, SPAN, pic16_table};
+use crate::isa::{Pic16Op, Pic16OpKind, SPAN, pic16_table};
 use crate::lint::LintState;
 use crate::operands::{B, F, FileAddress, JumpTarget, K, RamCell};
 use crate::periph::map::Sfr;
@@ -394,7 +394,7 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
 /// Executes `$op` on `$m`. `$other` runs for kinds without a row.
 macro_rules! execute_op {
     ($m:ident, $op:ident, $other:expr) => {
-        pic16_table!(dispatch { ($m, $op, $op.kind, $other) })
+        pic16_table!(dispatch { ($m, $op, Pic16OpKind, $op.kind, $other) })
     };
 }
 
@@ -432,17 +432,17 @@ impl<P: Probe> Executor<'_, P> {
     pub(crate) fn burst(self, ops: &[Pic16Op; OPS]) -> CoreRegisters {
         let mut executor = self;
         let m = &mut executor;
-        emu_core::burst_loop!(m, op = ops[m.core.bank_and_pc as u16 as usize], m.core.pc(), {
+        emu_core::burst_loop!(m, op: Pic16OpKind = ops[m.core.bank_and_pc as u16 as usize], m.core.pc(), {
             execute_op!(
                 m,
                 op,
                 match op.kind {
-                    Kind::BtfscGoto => then_goto!(m, ops, skip_bit(m, ram_of(op), bit_of(op), false)),
-                    Kind::BtfssGoto => then_goto!(m, ops, skip_bit(m, ram_of(op), bit_of(op), true)),
-                    Kind::DecfszGoto => then_goto!(m, ops, decfsz(m, ram_of(op), false)),
-                    Kind::IncfszGoto => then_goto!(m, ops, incfsz(m, ram_of(op), false)),
-                    Kind::BtfscSfrGoto => then_goto!(m, ops, skip_bit(m, file_of(op), bit_of(op), false)),
-                    Kind::BtfssSfrGoto => then_goto!(m, ops, skip_bit(m, file_of(op), bit_of(op), true)),
+                    Pic16OpKind::BtfscGoto => then_goto!(m, ops, skip_bit(m, ram_of(op), bit_of(op), false)),
+                    Pic16OpKind::BtfssGoto => then_goto!(m, ops, skip_bit(m, ram_of(op), bit_of(op), true)),
+                    Pic16OpKind::DecfszGoto => then_goto!(m, ops, decfsz(m, ram_of(op), false)),
+                    Pic16OpKind::IncfszGoto => then_goto!(m, ops, incfsz(m, ram_of(op), false)),
+                    Pic16OpKind::BtfscSfrGoto => then_goto!(m, ops, skip_bit(m, file_of(op), bit_of(op), false)),
+                    Pic16OpKind::BtfssSfrGoto => then_goto!(m, ops, skip_bit(m, file_of(op), bit_of(op), true)),
                     _ => emu_core::leave_burst!(m),
                 }
             );

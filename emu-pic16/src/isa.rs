@@ -151,7 +151,7 @@ macro_rules! pic16_table {
 }
 pub(crate) use pic16_table;
 
-pic16_table!(emu_core::define_isa {});
+pic16_table!(emu_core::define_isa { Pic16OpKind; });
 
 /// The instruction set as tools see it. Erased program memory is all ones, which is `addlw 0xFF` with an open
 /// bit set.
@@ -170,7 +170,7 @@ pub const ISA: InstructionSet = InstructionSet {
 /// cycles varies.
 fn flow(row: usize) -> FlowKind {
     match (KINDS.get(row), ROWS.get(row)) {
-        (Some(Kind::Retfie), _) => FlowKind::EndsInterrupt,
+        (Some(Pic16OpKind::Retfie), _) => FlowKind::EndsInterrupt,
         (_, Some(row)) if row.has_variable_cycles() => FlowKind::Conditional,
         _ => FlowKind::Straight,
     }
@@ -197,7 +197,7 @@ pub const SPAN: usize = 0x2000;
 
 /// Returns the row and kind of the instruction `word`; None for a word without a row.
 #[must_use]
-pub fn find_row(word: u16) -> Option<(&'static InstructionRow, Kind)> {
+pub fn find_row(word: u16) -> Option<(&'static InstructionRow, Pic16OpKind)> {
     let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word])?;
     Some((&ROWS[i], KINDS[i]))
 }
@@ -211,7 +211,7 @@ fn locate(pc: u32) -> InstructionLocation {
 ///
 /// # Errors
 /// Fails if an operand does not fit; the error gives the allowed values.
-pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
+pub fn encode(kind: Pic16OpKind, operands: &[i32]) -> Result<u16, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     row.encode(operands, &locate(0)).map(|bits| bits as u16)
 }
@@ -223,7 +223,7 @@ pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
 }
 
 /// A predecoded PIC16 instruction.
-pub type Pic16Op = PredecodedOp<Kind>;
+pub type Pic16Op = PredecodedOp<Pic16OpKind>;
 
 #[cfg(test)]
 mod tests {

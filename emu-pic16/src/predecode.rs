@@ -8,7 +8,7 @@ use emu_core::state::MemoryChanges;
 use emu_core::table::{InstructionLocation, PredecodedOp};
 
 use crate::executor::{DATA_ADDRESSES, OPS};
-use crate::isa::{Kind, Pic16Op, SHAPES, SPAN, find_row};
+use crate::isa::{Pic16Op, Pic16OpKind, SHAPES, SPAN, find_row};
 use crate::operands::{B, F, FileAddress};
 use crate::periph::map::Sfr;
 use crate::recorder::record_instruction;
@@ -22,8 +22,8 @@ pub(crate) struct CodeMemory {
     /// Words of 14 bits; erased words are 3FFFh.
     pub words: Box<[u16; SPAN]>,
     /// One op per bank and word, with breakpoints. `ops[0]` marks only jumps to themselves as
-    /// [`Kind::PollingLoop`], because programs end that way; `ops[1]` marks all polling loops. In both, a
-    /// test and the GOTO after it are one op.
+    /// [`Pic16OpKind::PollingLoop`], because programs end that way; `ops[1]` marks all polling loops. In
+    /// both, a test and the GOTO after it are one op.
     pub ops: [Box<[Pic16Op; OPS]>; 2],
     /// The ops without marks, breakpoints and joined ops.
     pub ops_unmarked: Box<[Pic16Op; OPS]>,
@@ -57,7 +57,7 @@ impl CodeMemory {
         }
         let erased = decode(0x3FFF, 0, &file_addresses);
         // Past the end of memory, the slow path wraps to the start.
-        let mut past_end = Box::new([PredecodedOp { kind: Kind::PollingLoop, ..erased }; OPS]);
+        let mut past_end = Box::new([PredecodedOp { kind: Pic16OpKind::PollingLoop, ..erased }; OPS]);
         for bank in past_end.chunks_exact_mut(OPS / 4) {
             bank[..SPAN].fill(erased);
         }
@@ -115,7 +115,7 @@ impl CodeMemory {
     /// Returns the mark of the instruction at `pc` in the bank whose ops start at `bank`.
     pub(crate) fn instruction_mark(&self, bank: u32, pc: u32) -> InstructionMark {
         match self.ops_unmarked[(bank | pc) as usize % OPS].kind {
-            Kind::Goto if jumps_to_itself(self.words[pc as usize % SPAN], pc) => InstructionMark::JumpsToItself,
+            Pic16OpKind::Goto if jumps_to_itself(self.words[pc as usize % SPAN], pc) => InstructionMark::JumpsToItself,
             _ if self.loops.contains_key(&(bank | pc)) => InstructionMark::ClosesLoop,
             _ => InstructionMark::Plain,
         }
@@ -132,20 +132,24 @@ impl CodeMemory {
             let at = bank << 14 | pc;
             let op = decode(word, bank as u16, &self.file_addresses);
             self.ops_unmarked[at as usize] = op;
-            let jumps_to_itself = op.kind == Kind::Goto && jumps_to_itself(word, pc);
+            let jumps_to_itself = op.kind == Pic16OpKind::Goto && jumps_to_itself(word, pc);
             let loop_plan = if jumps_to_itself { None } else { self.loop_closed_by(op, bank as u16, pc) };
             let loop_plan = loop_plan.or_else(|| self.countdown_loop(op, bank as u16, pc));
             let kinds = match (self.breakpoints.contains(&pc), jumps_to_itself, &loop_plan) {
-                (true, ..) => [Kind::Breakpoint; 2],
-                (_, true, _) => [Kind::PollingLoop; 2],
-                (.., Some(_)) => [op.kind, Kind::PollingLoop],
+                (true, ..) => [Pic16OpKind::Breakpoint; 2],
+                (_, true, _) => [Pic16OpKind::PollingLoop; 2],
+                (.., Some(_)) => [op.kind, Pic16OpKind::PollingLoop],
                 _ => [op.kind; 2],
             };
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
                 ops[at as usize] = PredecodedOp { kind, args: op.args };
                 // The slow path wraps from past the end to the start, which may have a breakpoint.
                 if let Some(past_end) = ops.get_mut(at as usize + SPAN).filter(|_| pc < 2) {
-                    past_end.kind = if kind == Kind::Breakpoint { Kind::Breakpoint } else { Kind::PollingLoop };
+                    past_end.kind = if kind == Pic16OpKind::Breakpoint {
+                        Pic16OpKind::Breakpoint
+                    } else {
+                        Pic16OpKind::PollingLoop
+                    };
                 }
                 join_ops(ops, at as usize);
                 if pc > 0 {
@@ -163,7 +167,7 @@ impl CodeMemory {
     /// flags, the bank, PCLATH and the watchdog. Then an iteration that leaves the core unchanged repeats,
     /// until a register of the chip that it reads changes. The bank must be the same at head and end.
     fn loop_closed_by(&self, op: Pic16Op, bank: u16, end: u32) -> Option<LoopPlan> {
-        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record_instruction(op).target)?;
+        let target = Some(op).filter(|op| op.kind == Pic16OpKind::Goto).and_then(|op| record_instruction(op).target)?;
         // Assumes the PCLATH of code that stays in its page; at run time the loop is not skipped if PCLATH
         // differs.
         let head = end & 0x1800 | u32::from(target);
@@ -195,16 +199,17 @@ impl CodeMemory {
     /// Returns the plan of the loop that the GOTO `op` at `end` closes, if it decrements a byte by DECFSZ and
     /// otherwise only clears the watchdog.
     fn countdown_loop(&self, op: Pic16Op, bank: u16, end: u32) -> Option<LoopPlan> {
-        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record_instruction(op).target)?;
+        let target = Some(op).filter(|op| op.kind == Pic16OpKind::Goto).and_then(|op| record_instruction(op).target)?;
         let head = end & 0x1800 | u32::from(target);
         if head >= end || end - head > MAX_LOOP_WORDS {
             return None;
         }
         let at = |pc: u32| decode(self.words[pc as usize], bank, &self.file_addresses);
-        let only_clears_watchdog = (head..end - 1).all(|pc| matches!(at(pc).kind, Kind::Nop | Kind::Clrwdt));
+        let only_clears_watchdog =
+            (head..end - 1).all(|pc| matches!(at(pc).kind, Pic16OpKind::Nop | Pic16OpKind::Clrwdt));
         let test = at(end - 1);
         let counter = vec![u16::from_le_bytes([test.args[0], test.args[1]])];
-        (only_clears_watchdog && test.kind == Kind::DecfszFRam).then_some(LoopPlan {
+        (only_clears_watchdog && test.kind == Pic16OpKind::DecfszFRam).then_some(LoopPlan {
             head,
             registers_read: Vec::new(),
             clears_watchdog: false,
@@ -227,7 +232,7 @@ fn selected_bank(word: u16, bank: u16) -> Option<u16> {
 
 /// Joins a test and the GOTO after it into one op, if neither has a mark; otherwise separates them.
 fn join_ops(ops: &mut [Pic16Op; OPS], at: usize) {
-    let before_goto = ops.get(at + 1).is_some_and(|next| next.kind == Kind::Goto);
+    let before_goto = ops.get(at + 1).is_some_and(|next| next.kind == Pic16OpKind::Goto);
     if let Some(op) = ops.get_mut(at) {
         for (test, joined) in JOINED_OPS {
             if op.kind == test || op.kind == joined {
@@ -238,13 +243,13 @@ fn join_ops(ops: &mut [Pic16Op; OPS], at: usize) {
 }
 
 /// Tests that can be joined with a GOTO, each with its joined kind.
-const JOINED_OPS: [(Kind, Kind); 6] = [
-    (Kind::BtfscRam, Kind::BtfscGoto),
-    (Kind::BtfssRam, Kind::BtfssGoto),
-    (Kind::DecfszFRam, Kind::DecfszGoto),
-    (Kind::IncfszFRam, Kind::IncfszGoto),
-    (Kind::Btfsc, Kind::BtfscSfrGoto),
-    (Kind::Btfss, Kind::BtfssSfrGoto),
+const JOINED_OPS: [(Pic16OpKind, Pic16OpKind); 6] = [
+    (Pic16OpKind::BtfscRam, Pic16OpKind::BtfscGoto),
+    (Pic16OpKind::BtfssRam, Pic16OpKind::BtfssGoto),
+    (Pic16OpKind::DecfszFRam, Pic16OpKind::DecfszGoto),
+    (Pic16OpKind::IncfszFRam, Pic16OpKind::IncfszGoto),
+    (Pic16OpKind::Btfsc, Pic16OpKind::BtfscSfrGoto),
+    (Pic16OpKind::Btfss, Pic16OpKind::BtfssSfrGoto),
 ];
 
 /// Returns the register of the chip at a file address; None for RAM and core registers.
@@ -261,7 +266,7 @@ fn jumps_to_itself(word: u16, pc: u32) -> bool {
 /// Decodes an instruction for the bank in RP1:RP0, without loop marks and breakpoints.
 fn decode(word: u16, bank: u16, file_addresses: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
     let Some((row, kind)) = find_row(word) else {
-        return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
+        return PredecodedOp { kind: Pic16OpKind::Illegal, args: [0; 3] };
     };
     let mut op = row.predecode(kind, word.into(), &InstructionLocation { len: 1, ..InstructionLocation::default() });
     let (mut at, mut in_ram) = (0, false);

@@ -9,7 +9,7 @@ use emu_core::machine::unknown::{UnknownValue, UnknownWide};
 
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::isa::{Kind, Pic16Op, pic16_table};
+use crate::isa::{Pic16Op, Pic16OpKind, pic16_table};
 use crate::operands::{B, F, FileAddress, JumpTarget, K};
 use crate::periph::map::Sfr;
 
@@ -37,7 +37,7 @@ pub(crate) struct InstructionRecord {
 pub(crate) fn record_instruction(op: Pic16Op) -> InstructionRecord {
     let mut record = InstructionRecord::default();
     let (m, op) = (&mut record, &op);
-    pic16_table!(dispatch { (m, op, op.kind, m.has_other_effects = true) });
+    pic16_table!(dispatch { (m, op, Pic16OpKind, op.kind, m.has_other_effects = true) });
     record
 }
 

@@ -7,6 +7,7 @@ use crate::flat_program::{FlatProgram, ScanState};
 /// An instance with the symbols of its parts.
 #[derive(Debug, Clone)]
 pub(crate) struct FlatBlock {
+    /// The kind of block.
     pub block: StandardBlock,
     /// Index of the state of the instance.
     pub instance: u32,
@@ -26,7 +27,7 @@ pub(crate) struct BlockState {
 }
 
 /// The parts of an instance as numbers, while a call runs.
-struct BlockCall<'a> {
+struct BlockExecution<'a> {
     block: &'a FlatBlock,
     code: &'a FlatProgram,
     scan: &'a mut ScanState,
@@ -40,35 +41,35 @@ impl ScanState {
     pub(crate) fn run_block(&mut self, code: &FlatProgram, block: &FlatBlock) {
         let Some(&state) = self.il.blocks.get(block.instance as usize) else { return };
         let now = (self.scans as u32).wrapping_mul(code.cycle_ms);
-        let mut call = BlockCall { block, code, scan: self, state, now };
+        let mut execution = BlockExecution { block, code, scan: self, state, now };
         match block.block {
-            StandardBlock::Ton => call.on_delay(),
-            StandardBlock::Tof => call.off_delay(),
-            StandardBlock::Tp => call.pulse(),
-            StandardBlock::Tona => call.retentive_on_delay(),
-            StandardBlock::Tofa => call.retentive_off_delay(),
-            StandardBlock::Ctu => call.count_up(),
-            StandardBlock::Ctd => call.count_down(),
-            StandardBlock::Ctud => call.count_both(),
-            StandardBlock::RTrig => call.edge(true),
-            StandardBlock::FTrig => call.edge(false),
+            StandardBlock::Ton => execution.on_delay(),
+            StandardBlock::Tof => execution.off_delay(),
+            StandardBlock::Tp => execution.pulse(),
+            StandardBlock::Tona => execution.retentive_on_delay(),
+            StandardBlock::Tofa => execution.retentive_off_delay(),
+            StandardBlock::Ctu => execution.count_up(),
+            StandardBlock::Ctd => execution.count_down(),
+            StandardBlock::Ctud => execution.count_both(),
+            StandardBlock::RTrig => execution.edge(true),
+            StandardBlock::FTrig => execution.edge(false),
             StandardBlock::Sr => {
-                let on = call.bit("S1") || call.bit("Q1") && !call.bit("R");
-                call.set("Q1", i64::from(on));
+                let on = execution.bit("S1") || execution.bit("Q1") && !execution.bit("R");
+                execution.set("Q1", i64::from(on));
             }
             StandardBlock::Rs => {
-                let on = !call.bit("R1") && (call.bit("S") || call.bit("Q1"));
-                call.set("Q1", i64::from(on));
+                let on = !execution.bit("R1") && (execution.bit("S") || execution.bit("Q1"));
+                execution.set("Q1", i64::from(on));
             }
         }
-        let state = call.state;
+        let state = execution.state;
         if let Some(slot) = self.il.blocks.get_mut(block.instance as usize) {
             *slot = state;
         }
     }
 }
 
-impl BlockCall<'_> {
+impl BlockExecution<'_> {
     fn symbol(&self, part: &str) -> Option<u32> {
         let index = self.block.block.parts().iter().position(|known| known.name == part)?;
         self.block.parts.get(index).copied()

@@ -6,7 +6,7 @@ use crate::UnsupportedReason;
 use crate::flatten::FlatBuilder;
 use crate::il_blocks::FlatBlock;
 use crate::il_functions::FlatFunction;
-use crate::il_ops::{IlCall, IlOp, IlTarget, IlValue, NumberType};
+use crate::il_ops::{FlatOperand, IlCall, IlOp, IlTarget, NumberType};
 
 impl FlatBuilder<'_> {
     /// Resolves a line; its number is that of its operation.
@@ -52,12 +52,12 @@ impl FlatBuilder<'_> {
         Ok(self.code.lines.len() as u32 - 1)
     }
 
-    fn il_value(&self, source: &IlSource) -> Result<IlValue, UnsupportedReason> {
+    fn il_value(&self, source: &IlSource) -> Result<FlatOperand, UnsupportedReason> {
         Ok(match source {
-            IlSource::Result => IlValue::Result,
-            IlSource::Constant(value) => IlValue::Constant(*value),
+            IlSource::Result => FlatOperand::Result,
+            IlSource::Constant(value) => FlatOperand::Constant(*value),
             IlSource::Symbol(symbol) => {
-                IlValue::Symbol(self.symbol_index(&symbol.name)?, number_type(&symbol.iec_type))
+                FlatOperand::Symbol(self.symbol_index(&symbol.name)?, number_type(&symbol.iec_type))
             }
         })
     }

@@ -3,13 +3,15 @@
 use ladder::il::IlFunction;
 
 use crate::flat_program::ScanState;
-use crate::il_ops::{IlValue, NumberType, combine};
+use crate::il_ops::{FlatOperand, NumberType, combine};
 
 /// A call of a function with its arguments resolved.
 #[derive(Debug, Clone)]
 pub(crate) struct FlatFunction {
+    /// The function.
     pub function: IlFunction,
-    pub arguments: Vec<IlValue>,
+    /// Its arguments, in the order of their names.
+    pub arguments: Vec<FlatOperand>,
     /// Type of the arguments.
     pub number: NumberType,
     /// Type of the value.

@@ -11,6 +11,7 @@ use crate::il_functions::FlatFunction;
 pub(crate) struct NumberType {
     /// Number of bits: 1, 8, 16 or 32.
     pub bits: u32,
+    /// Whether the highest bit is a sign.
     pub signed: bool,
 }
 
@@ -28,16 +29,21 @@ impl NumberType {
 
 /// An operand: the current result, a symbol or a constant.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum IlValue {
+pub(crate) enum FlatOperand {
+    /// The current result.
     Result,
+    /// A symbol, by its index, and the type of its number.
     Symbol(u32, NumberType),
+    /// A number.
     Constant(i64),
 }
 
 /// A symbol that a line writes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct IlTarget {
+    /// Index of the symbol.
     pub symbol: u32,
+    /// Type of its number.
     pub number: NumberType,
 }
 
@@ -45,24 +51,38 @@ pub(crate) struct IlTarget {
 #[derive(Debug, Clone)]
 #[rustfmt::skip]
 pub(crate) enum IlOp {
+    /// A label alone.
     Nothing,
-    Load   { negated: bool, value: IlValue, number: NumberType },
+    /// LD, LDN: the operand becomes the current result.
+    Load   { negated: bool, value: FlatOperand, number: NumberType },
+    /// ST, STN: the symbol gets the current result.
     Store  { negated: bool, target: IlTarget },
+    /// S, R: the symbol gets the value if the current result is not 0.
     Set    { symbol: u32, value: bool },
+    /// NOT: inverts all bits of the current result.
     Not    { number: NumberType },
-    Binary { operator: IlBinaryOperator, negated: bool, value: IlValue, number: NumberType },
-    Open   { loaded: Option<(IlValue, NumberType)> },
+    /// An operator with an operand: the current result becomes `result operator operand`.
+    Binary { operator: IlBinaryOperator, negated: bool, value: FlatOperand, number: NumberType },
+    /// An operator with `(`: saves the current result and loads the operand, if there is one.
+    Open   { loaded: Option<(FlatOperand, NumberType)> },
+    /// `)`: the current result becomes `saved operator result`. `operator` is that of the line with `(`.
     Close  { operator: IlBinaryOperator, negated: bool, number: NumberType },
+    /// JMP to the first line of rung `to`. A scan takes a jump back a limited number of times.
     Jump   { condition: IlCondition, to: u32, is_back: bool },
+    /// RET: ends the scan.
     Return { condition: IlCondition },
+    /// CAL, an input operator or the short form of a block.
     Call   { condition: IlCondition, call: Box<IlCall> },
+    /// A standard function: its value becomes the current result.
     Function(FlatFunction),
 }
 
 /// A call of a block: its inputs, the block, its outputs.
 #[derive(Debug, Clone)]
 pub(crate) struct IlCall {
-    pub inputs: Vec<(IlTarget, IlValue)>,
+    /// The inputs that the call writes, each with its value.
+    pub inputs: Vec<(IlTarget, FlatOperand)>,
+    /// The block.
     pub block: FlatBlock,
     /// The output, whether it is complemented, and where it goes.
     pub outputs: Vec<(u32, NumberType, bool, IlTarget)>,
@@ -71,8 +91,11 @@ pub(crate) struct IlCall {
 /// Where the scan goes after a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum IlNext {
+    /// To the next line.
     Line,
+    /// To the first line of rung `to`. `is_back` if that is this rung or one before it.
     Jump { to: u32, is_back: bool },
+    /// To the end of the scan.
     End,
 }
 
@@ -88,6 +111,7 @@ pub(crate) struct IlState {
 }
 
 impl IlState {
+    /// The state after power is applied, with `instances` instances of blocks.
     pub(crate) fn power_up(instances: u32) -> IlState {
         IlState { result: 0, saved: Vec::new(), blocks: vec![BlockState::default(); instances as usize] }
     }
@@ -118,11 +142,11 @@ pub(crate) fn combine(operator: IlBinaryOperator, a: i64, b: i64, number: Number
 
 impl ScanState {
     /// The number of an operand.
-    pub(crate) fn il_value(&self, value: IlValue) -> i64 {
+    pub(crate) fn il_value(&self, value: FlatOperand) -> i64 {
         match value {
-            IlValue::Result => self.il.result,
-            IlValue::Symbol(symbol, number) => number.modulo(self.read_symbol(symbol).into()),
-            IlValue::Constant(value) => value,
+            FlatOperand::Result => self.il.result,
+            FlatOperand::Symbol(symbol, number) => number.modulo(self.read_symbol(symbol).into()),
+            FlatOperand::Constant(value) => value,
         }
     }
 
@@ -187,7 +211,7 @@ impl ScanState {
         }
         self.run_block(code, &call.block);
         for (output, number, negated, target) in &call.outputs {
-            let value = self.il_value(IlValue::Symbol(*output, *number));
+            let value = self.il_value(FlatOperand::Symbol(*output, *number));
             self.il_store(code, *target, if *negated { !value } else { value });
         }
     }

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode, is_missing};
+use emu_avr::isa::{AvrOpKind, KINDS, PC_MASK, ROWS, disassemble, encode, is_missing};
 use emu_core::rng::Rng;
 use emu_core::table::{BitPattern, InstructionLocation, InstructionRow};
 use emu_test_support::case_lines;
@@ -68,7 +68,7 @@ fn fields(row: &InstructionRow, rng: &mut Rng) -> Vec<u32> {
 }
 
 /// Assembles and links with the GNU tools, and returns the words from `START`.
-fn assembled(name: &str, kind: Kind, text: &str, dir: &Path) -> Vec<u16> {
+fn assembled(name: &str, kind: AvrOpKind, text: &str, dir: &Path) -> Vec<u16> {
     let core = if is_missing(2 * (PC_MASK + 1), kind) { "avr51" } else { "avr5" };
     std::fs::write(dir.join(format!("{name}.s")), text).expect("a source");
     let file = |end: &str| format!("{name}.{end}");
@@ -97,7 +97,7 @@ fn the_gnu_assembler_encodes_every_row_as_we_do() {
         for raw in fields(row, &mut rng) {
             let pc = START / 2 + wanted.len() as u32;
             let mut values = values(row, raw, pc);
-            if matches!(kind, Kind::Jmp | Kind::Call) {
+            if matches!(kind, AvrOpKind::Jmp | AvrOpKind::Call) {
                 values[0] &= PC_MASK as i32;
             }
             let line = gas(row, &values, pc);

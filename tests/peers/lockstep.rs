@@ -9,7 +9,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use emu_avr::Avr;
-use emu_avr::isa::{KINDS, Kind, ROWS, disassemble};
+use emu_avr::isa::{AvrOpKind, KINDS, ROWS, disassemble};
 use emu_core::rng::Rng;
 use emu_core::table::InstructionRow;
 use emu_core::{Cpu, StopReason};
@@ -42,22 +42,23 @@ struct Outcome {
 }
 
 /// Rows that are not compared at all, with the reason.
-const ROWS_LEFT_OUT: &[(Kind, &str)] = &[(Kind::Elpm, NOT_THERE), (Kind::ElpmZ, NOT_THERE), (Kind::ElpmZi, NOT_THERE)];
+const ROWS_LEFT_OUT: &[(AvrOpKind, &str)] =
+    &[(AvrOpKind::Elpm, NOT_THERE), (AvrOpKind::ElpmZ, NOT_THERE), (AvrOpKind::ElpmZi, NOT_THERE)];
 
 /// Returns why a state is not compared. Each reason has a line in avr.txt.
-fn left_out(kind: Kind, d: &Draw) -> Option<&'static str> {
+fn left_out(kind: AvrOpKind, d: &Draw) -> Option<&'static str> {
     let next = d.pc + words(kind);
     if next > 0x4000 || next == 0x4000 && (pushes(kind) || skips(kind)) {
         return Some(WRAP);
     }
     let (low, before) = match kind {
-        Kind::LpmZi if (d.words[0] >> 4) & 0x1F >= 30 => return Some(LPM),
-        Kind::StX | Kind::StXi => (26, 0),
-        Kind::StXd => (26, 1),
-        Kind::StYi => (28, 0),
-        Kind::StYd => (28, 1),
-        Kind::StZi => (30, 0),
-        Kind::StZd => (30, 1),
+        AvrOpKind::LpmZi if (d.words[0] >> 4) & 0x1F >= 30 => return Some(LPM),
+        AvrOpKind::StX | AvrOpKind::StXi => (26, 0),
+        AvrOpKind::StXd => (26, 1),
+        AvrOpKind::StYi => (28, 0),
+        AvrOpKind::StYd => (28, 1),
+        AvrOpKind::StZi => (30, 0),
+        AvrOpKind::StZd => (30, 1),
         _ => return None,
     };
     let addr = u16::from_le_bytes([d.regs[low], d.regs[low + 1]]) - before;
@@ -68,18 +69,18 @@ const WRAP: &str =
     "across the end of flash: 14 bits of program counter (8.2); there what lies behind flash is fetched and pushed";
 
 /// Returns the length of the instruction in words.
-fn words(kind: Kind) -> u16 {
+fn words(kind: AvrOpKind) -> u16 {
     ROWS.iter().zip(KINDS).find(|(_, k)| **k == kind).map_or(1, |(row, _)| row.len() as u16)
 }
 
 /// Returns true if the instruction pushes the address of the next one.
-fn pushes(kind: Kind) -> bool {
-    matches!(kind, Kind::Rcall | Kind::Icall | Kind::Call)
+fn pushes(kind: AvrOpKind) -> bool {
+    matches!(kind, AvrOpKind::Rcall | AvrOpKind::Icall | AvrOpKind::Call)
 }
 
 /// Returns true if the instruction examines the next one.
-fn skips(kind: Kind) -> bool {
-    matches!(kind, Kind::Cpse | Kind::Sbrc | Kind::Sbrs | Kind::Sbic | Kind::Sbis)
+fn skips(kind: AvrOpKind) -> bool {
+    matches!(kind, AvrOpKind::Cpse | AvrOpKind::Sbrc | AvrOpKind::Sbrs | AvrOpKind::Sbic | AvrOpKind::Sbis)
 }
 
 const SMCR: u16 = 0x53;
@@ -142,7 +143,7 @@ fn data(avr: &Avr) -> Vec<u8> {
 }
 
 /// Runs one instruction on our machine; `before` is the data memory of `base`.
-fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
+fn ours(kind: AvrOpKind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     let mut avr = put(base, d);
     let mut before = before.to_vec();
     before[..32].copy_from_slice(&d.regs);
@@ -151,7 +152,7 @@ fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     let stop = avr.step(&mut ());
     let after = data(&avr);
     // The machine is asleep if another step executes no instruction.
-    let asleep = kind == Kind::Sleep && {
+    let asleep = kind == AvrOpKind::Sleep && {
         let done = avr.instructions();
         let mut next = avr.clone();
         next.step(&mut ());
@@ -172,8 +173,8 @@ fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
 
 /// Sets SE with a random mode for SLEEP, where both machines sleep. simavr sleeps regardless of SE (10.11.1:
 /// only if SE is one; line `sleep` in avr.txt).
-fn with_modes(kind: Kind, mut drawn: (Vec<u8>, Vec<Draw>), rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
-    if kind == Kind::Sleep {
+fn with_modes(kind: AvrOpKind, mut drawn: (Vec<u8>, Vec<Draw>), rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
+    if kind == AvrOpKind::Sleep {
         drawn.1.iter_mut().for_each(|d| d.cells[0] = (SMCR, rng.below(8) as u8 * 2 + 1));
     }
     drawn
@@ -195,7 +196,7 @@ impl Tally {
 }
 
 /// Compares states that share a flash image.
-fn compare(kind: Kind, (flash, draws): (Vec<u8>, Vec<Draw>), tally: &mut Tally) {
+fn compare(kind: AvrOpKind, (flash, draws): (Vec<u8>, Vec<Draw>), tally: &mut Tally) {
     let base = machine(kind, flash.clone());
     let before = data(&base);
     for (d, theirs) in draws.iter().zip(theirs(&flash, &draws)) {
@@ -216,7 +217,7 @@ fn compare(kind: Kind, (flash, draws): (Vec<u8>, Vec<Draw>), tally: &mut Tally) 
 }
 
 /// Compares one row.
-fn check(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Tally {
+fn check(row: &InstructionRow, kind: AvrOpKind, rng: &mut Rng) -> Tally {
     let mut tally = Tally::default();
     for _ in 0..ENDS {
         let drawn = at_the_ends(row, kind, AT_AN_END, rng);
@@ -234,9 +235,9 @@ fn check(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Tally {
 fn every_row_in_lock_step_with_simavr() {
     let seed = random_seed();
     println!("seed {seed:#x} (EMU_SEED), {WANTED} states a row or more");
-    let rows: Vec<(usize, &InstructionRow, Kind)> =
+    let rows: Vec<(usize, &InstructionRow, AvrOpKind)> =
         ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();
-    let there = |kind: Kind| ROWS_LEFT_OUT.iter().all(|(left, _)| *left != kind);
+    let there = |kind: AvrOpKind| ROWS_LEFT_OUT.iter().all(|(left, _)| *left != kind);
     // Each row has its own random numbers, so that two rows can be compared in parallel.
     let work = |part: usize| -> Vec<(usize, Tally)> {
         let mine = rows.iter().filter(|(n, _, kind)| n % 2 == part && there(*kind));

@@ -11,7 +11,7 @@ use crate::chips::{RegisterSlot, SocRegister};
 use crate::exec::*;
 use crate::executor::{CoreRegisters, DataMemory, RAM_START, SPH, SPL, SREG, ram};
 use crate::flags::SregFlag;
-use crate::isa::{AvrOp, Kind, avr_table};
+use crate::isa::{AvrOp, AvrOpKind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::periph::{adc, timers, usart};
 use crate::soc::AvrSoc;
@@ -42,25 +42,30 @@ impl<'a> ShadowMachine<'a> {
 
     /// Runs the body of `op` and updates the unknown bits.
     pub(super) fn execute_op(&mut self, op: AvrOp) {
-        self.pushes = matches!(op.kind, Kind::Push | Kind::Call | Kind::Rcall | Kind::Icall);
+        self.pushes = matches!(op.kind, AvrOpKind::Push | AvrOpKind::Call | AvrOpKind::Rcall | AvrOpKind::Icall);
         let [d, r, _] = op.args.map(|arg| usize::from(arg % 32));
         let (before, carry) = (self.live.regs[d], self.live.flags[SregFlag::C as usize]);
         let same = d == r;
         // The result of combining a register with itself does not depend on its value.
-        let alike = same && matches!(op.kind, Kind::Eor | Kind::Sub | Kind::Sbc | Kind::Cp | Kind::Cpc | Kind::Cpse);
+        let alike = same
+            && matches!(
+                op.kind,
+                AvrOpKind::Eor | AvrOpKind::Sub | AvrOpKind::Sbc | AvrOpKind::Cp | AvrOpKind::Cpc | AvrOpKind::Cpse
+            );
         if alike {
             self.live.regs[d] = UnknownBits::NONE;
         }
         self.run_body(op);
         match op.kind {
-            Kind::Cp | Kind::Cpc | Kind::Cpse if alike => self.live.regs[d] = before,
+            AvrOpKind::Cp | AvrOpKind::Cpc | AvrOpKind::Cpse if alike => self.live.regs[d] = before,
             // A call of the next instruction reserves two bytes of stack; the pushed address is never used.
-            Kind::Rcall if op.args[..2] == self.next.to_le_bytes() => {
+            AvrOpKind::Rcall if op.args[..2] == self.next.to_le_bytes() => {
                 self.live.forget(self.sp.wrapping_add(1), self.hot.sp)
             }
             // LSL and ROL are ADD and ADC of a register with itself; as shifts, their unknown bits are exact.
-            Kind::Add | Kind::Adc if same => {
-                let low = if op.kind == Kind::Adc && carry.bits != 0 { carry.with_bits(1) } else { UnknownBits::NONE };
+            AvrOpKind::Add | AvrOpKind::Adc if same => {
+                let low =
+                    if op.kind == AvrOpKind::Adc && carry.bits != 0 { carry.with_bits(1) } else { UnknownBits::NONE };
                 let after = self.live.regs[d];
                 self.live.regs[d] = after.or_else(low).with_bits(before.bits << 1 | low.bits);
             }
@@ -70,7 +75,7 @@ impl<'a> ShadowMachine<'a> {
 
     fn run_body(&mut self, op: AvrOp) {
         let (m, op) = (self, &op);
-        avr_table!(dispatch { (m, op, op.kind, {}) });
+        avr_table!(dispatch { (m, op, AvrOpKind, op.kind, {}) });
     }
 
     /// Pushes the return address of an interrupt.

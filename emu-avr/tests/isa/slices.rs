@@ -2,7 +2,7 @@
 //! polling loops.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::isa::{KINDS, Kind, ROWS};
+use emu_avr::isa::{AvrOpKind, KINDS, ROWS};
 use emu_avr::{Avr, Options};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
@@ -33,7 +33,7 @@ fn program(rng: &mut Rng) -> Vec<u16> {
         let n = rng.below(ROWS.len() as u64) as usize;
         let (row, kind) = (&ROWS[n], KINDS[n]);
         // If one word in 150 stopped the run, little would be compared.
-        if matches!(kind, Kind::Spm | Kind::Sleep) {
+        if matches!(kind, AvrOpKind::Spm | AvrOpKind::Sleep) {
             continue;
         }
         let d = draw(row, kind, rng);

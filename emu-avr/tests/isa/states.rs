@@ -6,7 +6,7 @@
 
 use emu_avr::Avr;
 use emu_avr::chips::{ATMEGA328P, chip};
-use emu_avr::isa::{Kind, find_row, is_missing};
+use emu_avr::isa::{AvrOpKind, find_row, is_missing};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
 use emu_core::table::InstructionRow;
@@ -69,16 +69,16 @@ fn set_pair(regs: &mut [u8; 32], low: usize, value: u16) {
 
 /// Limits the operand bits to keep an instruction away from peripherals and within flash; the other bits are
 /// free.
-fn operands(kind: Kind, bits: u32, rng: &mut Rng) -> u32 {
+fn operands(kind: AvrOpKind, bits: u32, rng: &mut Rng) -> u32 {
     match kind {
         // aa at bits 10..9, aaaa at bits 3..0.
-        Kind::In | Kind::Out => {
+        AvrOpKind::In | AvrOpKind::Out => {
             let a = pick(rng, &[0x1Eu32, 0x2A, 0x2B, 0x3D, 0x3E, 0x3F]);
             bits & !0x060F | a & 15 | (a >> 4) << 9
         }
-        Kind::Sbi | Kind::Cbi | Kind::Sbic | Kind::Sbis => bits & !0x00F8 | 0x1E << 3,
-        Kind::Lds | Kind::Sts => bits & 0xFFFF_0000 | u32::from(address(rng)),
-        Kind::Jmp | Kind::Call => bits & !0x01F1_C000,
+        AvrOpKind::Sbi | AvrOpKind::Cbi | AvrOpKind::Sbic | AvrOpKind::Sbis => bits & !0x00F8 | 0x1E << 3,
+        AvrOpKind::Lds | AvrOpKind::Sts => bits & 0xFFFF_0000 | u32::from(address(rng)),
+        AvrOpKind::Jmp | AvrOpKind::Call => bits & !0x01F1_C000,
         _ => bits,
     }
 }
@@ -89,13 +89,13 @@ const fn displacement(word: u32) -> u16 {
 }
 
 /// Returns a random state for `row`.
-pub fn draw(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Draw {
+pub fn draw(row: &InstructionRow, kind: AvrOpKind, rng: &mut Rng) -> Draw {
     let words = instruction(row, kind, rng);
     state(row, kind, words, rng)
 }
 
 /// Returns an instruction of `row`, and the next one.
-fn instruction(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> [u16; 4] {
+fn instruction(row: &InstructionRow, kind: AvrOpKind, rng: &mut Rng) -> [u16; 4] {
     let bits = loop {
         let bits = operands(kind, row.pattern.value | rng.next_u64() as u32 & !row.pattern.mask & width(row), rng);
         let (first, second) = split(row, bits);
@@ -120,7 +120,7 @@ fn instruction(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> [u16; 4] {
 }
 
 /// Returns a state before the instruction `words`.
-fn state(row: &InstructionRow, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Draw {
+fn state(row: &InstructionRow, kind: AvrOpKind, words: [u16; 4], rng: &mut Rng) -> Draw {
     let bits = if row.len() == 2 { u32::from(words[0]) << 16 | u32::from(words[1]) } else { u32::from(words[0]) };
     let mut regs = [0; 32];
     regs.iter_mut().for_each(|r| *r = byte(rng));
@@ -133,44 +133,44 @@ fn state(row: &InstructionRow, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Dr
     let target = pointer(kind, bits, &mut regs, rng);
     cells[0] = target.filter(|&a| a >= 0x100 || PLAIN.contains(&a)).map_or(NO_CELL, |a| (a, byte(rng)));
     match kind {
-        Kind::In | Kind::Out | Kind::Sbi | Kind::Cbi | Kind::Sbic | Kind::Sbis => {
+        AvrOpKind::In | AvrOpKind::Out | AvrOpKind::Sbi | AvrOpKind::Cbi | AvrOpKind::Sbic | AvrOpKind::Sbis => {
             for (cell, addr) in cells.iter_mut().zip(GPIOR) {
                 *cell = (addr, byte(rng));
             }
         }
         // A return address within flash: the high byte is at the lower address.
-        Kind::Ret | Kind::Reti => (cells[0], cells[1]) = ((sp + 1, byte(rng) & 0x3F), (sp + 2, byte(rng))),
-        Kind::Pop => cells[0] = (sp + 1, byte(rng)),
+        AvrOpKind::Ret | AvrOpKind::Reti => (cells[0], cells[1]) = ((sp + 1, byte(rng) & 0x3F), (sp + 2, byte(rng))),
+        AvrOpKind::Pop => cells[0] = (sp + 1, byte(rng)),
         _ => {}
     }
     Draw { words, pc: 0, sp, sreg: rng.next_u64() as u8, regs, cells }
 }
 
 /// Points the pointer register that `kind` uses to a safe address; returns it if it is in data memory.
-fn pointer(kind: Kind, bits: u32, regs: &mut [u8; 32], rng: &mut Rng) -> Option<u16> {
+fn pointer(kind: AvrOpKind, bits: u32, regs: &mut [u8; 32], rng: &mut Rng) -> Option<u16> {
     let (low, before) = match kind {
-        Kind::LdX | Kind::LdXi | Kind::StX | Kind::StXi => (26, 0),
-        Kind::LdXd | Kind::StXd => (26, 1),
-        Kind::LdY | Kind::LdYi | Kind::StY | Kind::StYi => (28, 0),
-        Kind::LdYd | Kind::StYd => (28, 1),
-        Kind::LdZ | Kind::LdZi | Kind::StZ | Kind::StZi => (30, 0),
-        Kind::LdZd | Kind::StZd => (30, 1),
-        Kind::LddY | Kind::StdY => {
+        AvrOpKind::LdX | AvrOpKind::LdXi | AvrOpKind::StX | AvrOpKind::StXi => (26, 0),
+        AvrOpKind::LdXd | AvrOpKind::StXd => (26, 1),
+        AvrOpKind::LdY | AvrOpKind::LdYi | AvrOpKind::StY | AvrOpKind::StYi => (28, 0),
+        AvrOpKind::LdYd | AvrOpKind::StYd => (28, 1),
+        AvrOpKind::LdZ | AvrOpKind::LdZi | AvrOpKind::StZ | AvrOpKind::StZi => (30, 0),
+        AvrOpKind::LdZd | AvrOpKind::StZd => (30, 1),
+        AvrOpKind::LddY | AvrOpKind::StdY => {
             let addr = 0x100 + displacement(bits) + rng.below(0x7C0) as u16;
             set_pair(regs, 28, addr - displacement(bits));
             return Some(addr);
         }
-        Kind::LddZ | Kind::StdZ => {
+        AvrOpKind::LddZ | AvrOpKind::StdZ => {
             let addr = 0x100 + displacement(bits) + rng.below(0x7C0) as u16;
             set_pair(regs, 30, addr - displacement(bits));
             return Some(addr);
         }
-        Kind::Lds | Kind::Sts => return Some(bits as u16),
-        Kind::Ijmp | Kind::Icall => {
+        AvrOpKind::Lds | AvrOpKind::Sts => return Some(bits as u16),
+        AvrOpKind::Ijmp | AvrOpKind::Icall => {
             set_pair(regs, 30, rng.below(0x3FFF) as u16);
             return None;
         }
-        Kind::Lpm | Kind::LpmZ | Kind::LpmZi => {
+        AvrOpKind::Lpm | AvrOpKind::LpmZ | AvrOpKind::LpmZi => {
             set_pair(regs, 30, rng.below(0x7FFF) as u16);
             return None;
         }
@@ -191,7 +191,7 @@ pub fn split(row: &InstructionRow, bits: u32) -> (u16, u16) {
 }
 
 /// Returns `count` states for `row`, and a flash image that contains all their instructions.
-pub fn batch(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
+pub fn batch(row: &InstructionRow, kind: AvrOpKind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
     let mut flash: Vec<u8> = (0..0x8000).map(background).collect();
     let first = 0x0820 + rng.below(0x3000 - 4 * count as u64) as u16;
     let place = |i: usize| {
@@ -207,7 +207,7 @@ pub fn batch(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (
 
 /// Returns `count` states for one instruction placed at the ends of flash: the instruction, the next one, or
 /// the target of a skip crosses the end of flash, or the instruction is the first one.
-pub fn at_the_ends(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
+pub fn at_the_ends(row: &InstructionRow, kind: AvrOpKind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
     let mut flash: Vec<u8> = (0..0x8000).map(background).collect();
     let words = instruction(row, kind, rng);
     let pc = pick(rng, &[WORDS - 4, WORDS - 3, WORDS - 2, WORDS - 1, 0]);
@@ -219,7 +219,7 @@ pub fn at_the_ends(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng
 }
 
 /// Returns a chip that has the instruction, with this flash and the background in RAM.
-pub fn machine(kind: Kind, flash: Vec<u8>) -> Avr {
+pub fn machine(kind: AvrOpKind, flash: Vec<u8>) -> Avr {
     let larger = chip("atmega128").expect("a chip");
     let chip = if is_missing(ATMEGA328P.flash_bytes, kind) { larger } else { &ATMEGA328P };
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes: flash }], ..Image::default() };

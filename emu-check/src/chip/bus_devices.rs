@@ -115,7 +115,8 @@ impl BusDevices {
         }
     }
 
-    fn refuse(&mut self, what: String) {
+    /// Keeps the first fault of the program on the bus.
+    fn note_fault(&mut self, what: String) {
         self.fault.get_or_insert(what);
     }
 
@@ -136,7 +137,7 @@ impl BusDevices {
         } else if let Some(segments) = device.segments.take() {
             match i2c_event(&segments, self.answer) {
                 Some(event) => self.events.push(event),
-                None => self.refuse(format!("an I2C transfer of {segments:02X?}")),
+                None => self.note_fault(format!("an I2C transfer of {segments:02X?}")),
             }
         }
     }
@@ -190,7 +191,7 @@ impl BusDevices {
         self.drive = Some((data_in, PinLevel::PullUp));
         match count {
             8 => self.events.push(BusEvent::Spi { byte }),
-            bits => self.refuse(format!("{bits} bits on the SPI bus")),
+            bits => self.note_fault(format!("{bits} bits on the SPI bus")),
         }
     }
 
@@ -198,7 +199,7 @@ impl BusDevices {
     /// only two clocks before the next rising one.
     fn on_spi_clock(&mut self, data_in: PinId) {
         if !self.spi.selected {
-            return self.refuse("a clock of the SPI bus while no device is selected".to_owned());
+            return self.note_fault("a clock of the SPI bus while no device is selected".to_owned());
         }
         let (byte, count) = self.spi.bits;
         self.spi.bits = (byte << 1 | u8::from(self.spi.out_high), count.saturating_add(1));

@@ -27,8 +27,8 @@ pub(crate) struct FamilyTiming {
     /// Maximum machine cycles from a timer match to the first instruction of its scan: one iteration of a
     /// polling loop that just missed the match, plus the poll that sees it.
     pub poll_cycles: u64,
-    /// Maximum machine cycles from a timer match to the first instruction of its scan, where a period exceeds
-    /// the 65,536 ticks of the timer, so that the loop also counts overflows of the timer.
+    /// [`FamilyTiming::poll_cycles`] of a period longer than the 65,536 ticks of the timer: the polling loop
+    /// then also counts overflows of the timer.
     pub poll_cycles_with_rounds: u64,
 }
 
@@ -77,8 +77,8 @@ const AP101: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 2,
 };
 
-/// The timing facts of a chip; `uses_first_ccp` is true for a program with a PWM output at the module that
-/// else paces the scans of a PIC16.
+/// The timing facts of a chip; `uses_first_ccp` is true for a program with a PWM output at the CCP
+/// module that otherwise paces the scans of a PIC16.
 pub(crate) fn family_timing(chip: &Chip, uses_first_ccp: bool) -> FamilyTiming {
     match chip.family {
         // SBIS reaches the I/O registers at data addresses 20h to 3Fh (DS40002061, 7.4).

@@ -188,8 +188,8 @@ fn check_special_pins(
 /// Minimum number of steps of the duty cycle; a coarser PWM output is refused.
 const MIN_PWM_STEPS: u32 = 16;
 
-/// True if a PWM output of the program takes the first CCP module of a PIC16, which else paces the scans: on
-/// chips with one module, with several outputs, and at the pin of that module.
+/// True if a PWM output of the program takes the first CCP module of a PIC16, which otherwise paces the
+/// scans: on chips with one module, with several outputs, and at the pin of that module.
 fn uses_first_ccp(program: &LadderProgram, options: &CheckOptions, chip: &Chip) -> bool {
     let outputs = program.pwm_outputs();
     let is_at_first = |name: &str| requested_pin(program, options, chip, name) == Some("RC2");

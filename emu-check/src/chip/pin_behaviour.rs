@@ -111,7 +111,8 @@ fn driven_level(wire: &mut PinState, outside: PinLevel, now: u64) -> PinLevel {
     wire.level()
 }
 
-fn level_text(level: PinLevel) -> String {
+/// Formats the level of a pin for a message.
+pub(crate) fn level_text(level: PinLevel) -> String {
     match level {
         PinLevel::Low => "low",
         PinLevel::High => "high",

@@ -172,11 +172,11 @@ pub struct ArrivalWindow {
     pub baud: u64,
     /// The earliest clock at which the byte may begin.
     pub now: u64,
-    /// Start of a scan, and its duration.
+    /// Clock at which a scan starts, and its duration in clocks.
     pub scan: (u64, u64),
     /// Clocks from the start of one scan to the start of the next.
     pub period: u64,
-    /// How many scans after that one the byte must arrive before, at the earliest.
+    /// The byte arrives before a scan that is at least this many scans after that one; at least 1.
     pub scans_later: u64,
 }
 

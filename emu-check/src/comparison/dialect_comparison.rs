@@ -15,8 +15,9 @@ use crate::stimulus::boundary_goals::BoundaryGoals;
 use crate::stimulus::generator::{ScanStimulus, StimulusGenerator};
 use crate::stimulus::value_hints::ValueHints;
 
-/// Scans of the run after each round, in which inputs may keep a level for long: part of all scans.
-const LONG_RUN_PART: u64 = 8;
+/// The long run after each round, in which inputs may keep a level for long, has the number of all scans
+/// divided by this.
+const LONG_RUN_DIVISOR: u64 = 8;
 
 /// One element or symbol that has another meaning in the other dialect.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,7 +35,7 @@ pub struct MeaningChange {
 pub struct SymbolDifference {
     /// The name of the symbol; `serial line` for the bytes that are sent.
     pub name: String,
-    /// The scan since reset, from 1. Of all runs the one with the least scan counts.
+    /// Number of the scan since reset, from 1: the lowest one of all runs in which the symbol differs.
     pub scan: u64,
     /// The value after that scan in the dialect of the file; -1 if the serial line sent nothing.
     pub before: i32,
@@ -116,7 +117,7 @@ pub fn compare_dialects(
     // Only what a user can do from outside: nothing is written.
     hints.writable.fill(false);
     let goals = CoverageGoals::new(before, &eval_before);
-    let long = usize::try_from(scans / LONG_RUN_PART).unwrap_or(usize::MAX);
+    let long = usize::try_from(scans / LONG_RUN_DIVISOR).unwrap_or(usize::MAX);
     let mut generator = StimulusGenerator::with_long_runs(seed, BoundaryGoals::new(before, &eval_before), long);
     let names: Vec<LadderSymbol> = eval_before.symbols().to_vec();
     let indices = names.iter().enumerate();

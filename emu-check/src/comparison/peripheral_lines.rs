@@ -174,7 +174,8 @@ pub(crate) fn compare_buses<C: CheckedChip>(runner: &mut ChipRunner<'_, C>, eval
     devices.compare(eval).map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Bus, cycle, deviation))
 }
 
-fn byte_name(byte: u8) -> String {
+/// Formats a byte that was sent for a message.
+pub(crate) fn byte_name(byte: u8) -> String {
     let shown = if byte.is_ascii_graphic() { format!(" `{}`", char::from(byte)) } else { String::new() };
     format!("byte 0x{byte:02X}{shown} sent")
 }

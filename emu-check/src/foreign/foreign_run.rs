@@ -8,8 +8,10 @@ use ladder_eval::Evaluator;
 
 use crate::chip::deviation::Deviation;
 use crate::chip::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
+use crate::chip::pin_behaviour::level_text;
 use crate::chip::serial_line::{ByteArrival, SerialFrame, plan_arrival};
 use crate::comparison::lockstep::describe_error;
+use crate::comparison::peripheral_lines::byte_name;
 use crate::coverage::goals::EvaluatedScan;
 use crate::report::check_report::DifferenceKind;
 use crate::stimulus::generator::ScanStimulus;
@@ -387,18 +389,4 @@ pub(crate) fn wire_board<C: CheckedChip>(cpu: &mut C, board: &ForeignBoard) {
     for pin in board.peripherals.buses.pull_ups() {
         cpu.drive(now, pin, PinLevel::PullUp);
     }
-}
-
-fn level_text(level: PinLevel) -> String {
-    match level {
-        PinLevel::Low => "low",
-        PinLevel::High => "high",
-        PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => "floating",
-    }
-    .to_owned()
-}
-
-fn byte_name(byte: u8) -> String {
-    let shown = if byte.is_ascii_graphic() { format!(" `{}`", char::from(byte)) } else { String::new() };
-    format!("byte 0x{byte:02X}{shown} sent")
 }

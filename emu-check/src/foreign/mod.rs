@@ -71,9 +71,9 @@ impl ForeignMismatch {
     }
 }
 
-/// After the first three runs of the stimulus, one of this many runs, and every long run, begins with a
-/// reset; the others continue.
-const RUNS_WITH_RESET: u64 = 4;
+/// Every n-th run of the stimulus begins with a reset, with this n; the first three and every long run do
+/// too. The other runs continue from the state before.
+const RUNS_PER_RESET: u64 = 4;
 
 /// Checks a foreign image against its program. All of `options` applies except the number of scans.
 ///
@@ -181,7 +181,7 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
             progress(scans, budget.scans);
             if let Some(seed) = stimulus.begin_run(&hints) {
                 blocks += 1;
-                if blocks <= 3 || blocks % RUNS_WITH_RESET == 0 || stimulus.is_long() {
+                if blocks <= 3 || blocks % RUNS_PER_RESET == 0 || stimulus.is_long() {
                     runs += 1;
                     foreign_run = Some(ForeignRun::start(powered_up(seed), &eval, &board, &hints, scan_loop));
                 }

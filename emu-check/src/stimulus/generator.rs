@@ -71,8 +71,8 @@ enum WritePlan {
     RareIntegers,
 }
 
-/// A kind of run: inputs, writes, and number of scans. A sweep has at least as many scans as combinations; 0
-/// stands for `long_run_scans`.
+/// A kind of run: levels of the inputs, writes of symbols, and number of scans. A sweep is longer if the
+/// inputs have more combinations. 0 scans mean [`StimulusGenerator::long_run_scans`].
 type RunKind = (InputPlan, WritePlan, usize);
 
 /// The first runs, each done once.

@@ -279,25 +279,25 @@ pub fn instruction_words(row: &InstructionRow, word_bits: u32, bits: u32) -> Vec
     (0..row.len()).rev().map(|i| (bits >> (i * word_bits) & ((1 << word_bits) - 1)) as u16).collect()
 }
 
-/// Defines `Kind` (one variant per row, then the extra kinds), `ROWS` and the names, from a table in callback
-/// form.
+/// Defines the enum `$kinds` (one variant per row, then the extra kinds), `ROWS` and the names, from a table
+/// in callback form.
 ///
 /// The table calls it with the word size in bits, then rows of the form shown in [`crate::table`].
 #[macro_export]
 macro_rules! define_isa {
-    ($word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
+    ($kinds:ident; $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
      $( $(#[doc = $doc:literal])+ $name:ident $mnemonic:literal $syntax:literal $pattern:literal
         ($($letter:ident : $kind:ident),*) $cycles:literal $flags:literal => $body:ident ( $($arg:expr),* ) $(, $shape:ident)? ; )*) => {
         /// The instructions, one per row of the table, followed by kinds that only predecode makes.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
-        pub enum Kind {
+        pub enum $kinds {
             $( $(#[doc = $doc])+ $name, )*
             $( $( #[doc = concat!("`", stringify!($name), "` on operands that predecode has found to lie in RAM.")] $shape, )? )*
             $( $(#[doc = $xdoc])* $extra, )*
         }
 
-        /// Every instruction, in table order; `Kind as usize` is the position.
+        /// Every instruction, in table order; the number of a kind is its position.
         pub const ROWS: &[$crate::table::InstructionRow] = &[ $( $crate::table::InstructionRow {
             name: stringify!($name),
             mnemonic: $mnemonic,
@@ -313,14 +313,15 @@ macro_rules! define_isa {
         }, )* ];
 
         /// The kind of each row for operands in RAM; `None` for most families and rows.
-        pub const SHAPES: &[Option<Kind>] = &[ $( { let shape: Option<Kind> = None; $( let _ = shape; let shape = Some(Kind::$shape); )? shape } ),* ];
+        pub const SHAPES: &[Option<$kinds>] = &[ $( { let shape: Option<$kinds> = None; $( let _ = shape; let shape = Some($kinds::$shape); )? shape } ),* ];
 
         /// The kind of every row, in table order.
-        pub const KINDS: &[Kind] = &[ $( Kind::$name ),* ];
+        pub const KINDS: &[$kinds] = &[ $( $kinds::$name ),* ];
     };
 }
 
-/// Expands to the `match` that runs the body of `$op` on `$m`: `dispatch!{ (m, op, Kind, else_arm) rows.. }`.
+/// Expands to the `match` that runs the body of `$op` on `$m`:
+/// `dispatch!{ (m, op, Kinds, op.kind, else_arm) rows.. }`, where `Kinds` is the enum of `define_isa!`.
 ///
 /// Each arm first calls [`begin`](crate::machine::BodyMachine::begin) of the machine with the length of the
 /// instruction, and its cycles if they are constant. An access of the body to the bus is therefore in the
@@ -328,13 +329,13 @@ macro_rules! define_isa {
 /// [`RamOperand`](crate::table::RamOperand)s.
 #[macro_export]
 macro_rules! dispatch {
-    (($m:ident, $op:ident, $kind:expr, $other:expr) $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
+    (($m:ident, $op:ident, $kinds:ident, $kind:expr, $other:expr) $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
      $( $(#[doc = $doc:literal])+ $name:ident $mnemonic:literal $syntax:literal $pattern:literal
         $operands:tt $cycles:literal $flags:literal => $body:ident $args:tt $(, $shape:ident)? ; )*) => {
         match $kind {
-            $( Kind::$name => $crate::arm!($m, $op, $word_bits, $pattern, $cycles, plain $operands $body $args), )*
-            $( $( Kind::$shape => $crate::arm!($m, $op, $word_bits, $pattern, $cycles, ram $operands $body $args), )? )*
-            $( Kind::$extra )|* => $other,
+            $( $kinds::$name => $crate::arm!($m, $op, $word_bits, $pattern, $cycles, plain $operands $body $args), )*
+            $( $( $kinds::$shape => $crate::arm!($m, $op, $word_bits, $pattern, $cycles, ram $operands $body $args), )? )*
+            $( $kinds::$extra )|* => $other,
         }
     };
 }

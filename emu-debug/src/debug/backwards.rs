@@ -301,9 +301,10 @@ impl DebugSession {
         super::call_flow(chip, |word| super::session::word(&*replay.machine, word), pc).0
     }
 
-    /// Returns the last earlier position at which points would have stopped a run. The past is run through
-    /// once, newest stretches first. The number of stretches doubles in each round, because setting
-    /// breakpoints in a copy costs as much as a stretch.
+    /// Returns the last earlier position at which breakpoints and watchpoints would have stopped a run, and
+    /// their hits. It executes the past again, newest stretches first, from the copies of the history. Each
+    /// round takes twice as many stretches as the one before, because setting breakpoints in a copy costs as
+    /// much host time as a stretch. With `here_too`, the present position counts as well.
     fn last_hit(
         &mut self,
         points: &DebugPoints,
@@ -321,6 +322,7 @@ impl DebugSession {
             let reach = if end < now { end + 1 } else { end };
             let mut bounds: Vec<u64> = stretches.iter().rev().copied().chain([reach]).collect();
             // The first pass finds the cycle of the last hit, the second stops there.
+            // Its cycle, and how many hits are in that cycle up to it.
             let mut last: Option<(u64, u64)> = None;
             self.hits_between(&bounds, points, keep_running, &mut |replay, _| {
                 let at = replay.cycle();

@@ -96,18 +96,22 @@ pub enum HaltReason {
 
 /// A machine under the debugger.
 pub struct DebugSession {
+    /// The machine at the present position.
     pub(super) current: MachineWithFollower,
+    /// Earlier copies of the machine, and what happened to it from outside.
     pub(super) history: MachineHistory,
+    /// Where a run was stopped within a step, until the machine moves other than by steps.
     pub(super) mid_step_position: Option<MidStepPosition>,
     /// From what a new history is made.
     history_template: HistoryTemplate,
     /// Breakpoints and watchpoints.
     pub points: DebugPoints,
-    /// Names.
+    /// Names of symbols, registers and source lines.
     pub scope: NameScope,
     clock: CycleClock,
+    /// The newest events of the chip.
     pub(super) events: SessionEvents,
-    /// Length of the next stretch in cycles.
+    /// Length of the next stretch in machine cycles.
     stretch: u64,
     /// Call flow of instructions that were executed, by program word.
     flows: HashMap<u32, CachedCallFlow>,
@@ -284,45 +288,49 @@ impl DebugSession {
         self.step_remaining(&mut { n }, limit, false, keep_running)
     }
 
-    /// Steps instructions, as [`DebugSession::step_instructions`] does; `rest` is the number of steps left.
-    /// If `stops_at_breakpoints` is true, breakpoints stop the machine too.
+    /// Steps `remaining` instructions, as [`DebugSession::step_instructions`] does, and counts `remaining`
+    /// down, so that an interrupted call can be continued. With `stops_at_breakpoints`, breakpoints stop the
+    /// machine too.
     pub fn step_remaining(
         &mut self,
-        rest: &mut u64,
+        remaining: &mut u64,
         limit: u64,
         stops_at_breakpoints: bool,
         keep_running: KeepRunning<'_>,
     ) -> HaltReason {
         let now = self.current.cycle();
-        let mut left = self.mid_step_position.take().filter(|left| left.returned_to == now && left.cycle < limit);
+        // A position within a step, at which a run was stopped before, also ends a step.
+        let mut stop_within =
+            self.mid_step_position.take().filter(|stop| stop.returned_to == now && stop.cycle < limit);
         loop {
-            let end = left.map_or(limit, |left| left.cycle);
+            let end = stop_within.map_or(limit, |stop| stop.cycle);
             let limits = StepLimits { cycle: end, stops_at_breakpoints, detects_endless_loops: false };
             let halt = self.step_until_with(limits, &mut *keep_running, &mut |_, _, _| {
-                *rest = rest.saturating_sub(1);
-                *rest == 0
+                *remaining = remaining.saturating_sub(1);
+                *remaining == 0
             });
-            let Some(passed) = left.take() else { return halt };
+            let Some(reached) = stop_within.take() else { return halt };
             let now = self.current.cycle();
-            self.mid_step_position = (now < passed.cycle).then_some(MidStepPosition { returned_to: now, ..passed });
+            self.mid_step_position = (now < reached.cycle).then_some(MidStepPosition { returned_to: now, ..reached });
             if halt != HaltReason::Limit {
                 return halt;
             }
-            *rest = rest.saturating_sub(u64::from(!self.current.at_step_end));
-            if *rest == 0 {
+            *remaining = remaining.saturating_sub(u64::from(!self.current.at_step_end));
+            if *remaining == 0 {
                 return HaltReason::Done;
             }
         }
     }
 
-    /// Runs until a point, the goal, or the end of the program.
+    /// Runs until a breakpoint or watchpoint, the goal, or the end of the program. The run consists of
+    /// stretches; after each one a copy of the machine is kept, and `keep_running` is asked.
     pub fn run(&mut self, goal: &RunGoal, keep_running: KeepRunning<'_>) -> HaltReason {
         let until = goal.until.unwrap_or(LAST_CYCLE).min(LAST_CYCLE);
         let words = breakpoint_words(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
-        let mut left_start = !words.contains(&self.current.machine.pc()) || self.current.machine.is_asleep();
+        let mut has_left_start = !words.contains(&self.current.machine.pc()) || self.current.machine.is_asleep();
         let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = goal.runs_while_halted && goal.until.is_some();
-        let (mut stretch, mut waits) = (FIRST_STRETCH.min(self.stretch), false);
+        let (mut stretch, mut was_blocked) = (FIRST_STRETCH.min(self.stretch), false);
         loop {
             if self.current.cycle() >= until {
                 return HaltReason::Limit;
@@ -330,13 +338,13 @@ impl DebugSession {
             let start = (Instant::now(), self.current.cycle());
             probe.events = Some(std::mem::take(&mut self.events));
             let input_events = &self.history.input_events;
-            // A step ignores breakpoints.
+            // The first step ignores the breakpoints.
             self.current.set_breakpoints(&words);
-            let stop = if left_start {
+            let stop = if has_left_start {
                 let end = until.min(start.1.saturating_add(stretch)).min(self.current.next_event_cycle(input_events));
                 self.current.run(input_events, end, &words, probe.observe_level(), &mut probe)
             } else {
-                left_start = true;
+                has_left_start = true;
                 let end = until.min(start.1.saturating_add(stretch));
                 self.current.step(input_events, end, probe.observe_level(), &mut probe)
             };
@@ -356,19 +364,18 @@ impl DebugSession {
                     return HaltReason::Done;
                 }
                 // Without an end, a waiting program would run forever, although its time costs nothing.
-                StopReason::Limit if goal.until.is_none() && self.is_blocked_on_input() => match waits {
+                StopReason::Limit if goal.until.is_none() && self.is_blocked_on_input() => match was_blocked {
                     true => return HaltReason::BlockedOnInput,
-                    false => (waits, stretch) = (true, FIRST_STRETCH),
+                    false => (was_blocked, stretch) = (true, FIRST_STRETCH),
                 },
                 StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {
-                    (waits, stretch) = (false, self.stretch)
+                    (was_blocked, stretch) = (false, self.stretch)
                 }
                 stop => return halt_reason(stop),
             }
-            // A run that starts at a stop word passes it. Therefore the run is not interrupted at such a word
-            // before it has been reported.
-            let unseen = stop == StopReason::Limit && words.contains(&self.current.machine.pc());
-            if !unseen && !keep_running() {
+            // The next run would pass a breakpoint that was reached but not reported.
+            let is_unreported = stop == StopReason::Limit && words.contains(&self.current.machine.pc());
+            if !is_unreported && !keep_running() {
                 return HaltReason::Interrupted;
             }
         }
@@ -390,10 +397,10 @@ impl DebugSession {
         }
     }
 
-    /// Returns a word of program memory; 0 beyond its end.
+    /// Returns the content of program memory at a word address; 0 beyond the end of the memory.
     #[must_use]
-    pub fn word(&self, word: u32) -> u16 {
-        self::word(&*self.current.machine, word)
+    pub fn word(&self, address: u32) -> u16 {
+        self::word(&*self.current.machine, address)
     }
 
     /// Runs a halted AP101 until it reaches one of `words`. It counts as halted because its program no longer

@@ -3,7 +3,7 @@
 //! ```text
 //!   RunProbes         serial output, awaited levels, waveform; contains one observer of instructions:
 //!     CombinedProbe   conditions (AccessMonitor), lints, trace, and
-//!       ExtraProbe    coverage or profile of the verb, behind a pointer
+//!       DynRunProbe   coverage or profile of the command, behind a pointer
 //!   LevelProbe        for the debugger: any probe behind a pointer (DynProbe), one loop per ObserveLevel
 //! ```
 

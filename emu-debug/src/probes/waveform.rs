@@ -140,7 +140,8 @@ impl WaveWriter {
         Ok(WaveWriter { out, pins, uart, signals, scale, last_tick: last, first_error: None })
     }
 
-    /// Records a new value of the signal at this position in the wave_signals, from machine cycle `cycle` on.
+    /// Records a new value of a signal from machine cycle `cycle` on. `index` is the position of the signal
+    /// in the list with which the writer was made; `None` is an unknown value.
     pub fn change_signal(&mut self, cycle: u64, index: usize, value: Option<u64>) {
         if self.first_error.is_none() {
             let written = self.advance_to(CycleTime::at(cycle)).and_then(|()| match self.signals.get(index) {

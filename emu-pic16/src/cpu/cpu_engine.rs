@@ -8,7 +8,7 @@ use emu_core::engine::{CpuEngine, InstructionMark, LoopPlan};
 use super::Pic16;
 use crate::core_state::BANK;
 use crate::executor::DATA_ADDRESSES;
-use crate::isa::{Kind, SPAN};
+use crate::isa::{Pic16OpKind, SPAN};
 use crate::soc::CoreRequest;
 
 impl CpuEngine for Pic16 {
@@ -79,7 +79,7 @@ impl CpuEngine for Pic16 {
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
         self.core.set_pc(pc);
         let op = self.code.ops_unmarked[self.op_index(pc)];
-        if op.kind == Kind::Illegal {
+        if op.kind == Pic16OpKind::Illegal {
             return Err(ProgramError::Illegal { pc, word: self.code.words[pc as usize % SPAN] });
         }
         self.core = self.executor(probe).0.single(op);

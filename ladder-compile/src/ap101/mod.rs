@@ -13,7 +13,7 @@ mod select;
 
 use emu_ap101::chips::AP101;
 use emu_ap101::config::{Ap101Config, INPUTS, InputSampling, OUTPUTS, PROGRAMS, ProgramEntry};
-use emu_ap101::isa::{self, Kind, SPAN};
+use emu_ap101::isa::{self, Ap101OpKind, SPAN};
 use ladder::ElementId;
 
 use crate::CodegenError;
@@ -175,7 +175,7 @@ fn scan_code(ir: &Ir, layout: &Ap101Layout, longer: bool) -> Result<FinishedCode
     let mut select = Ap101Selector::new(&mut asm, layout, &all);
     select.asm.mark(CodeMark::ScanStart);
     if longer {
-        select.asm.op(Kind::Nop, &[]);
+        select.asm.op(Ap101OpKind::Nop, &[]);
     }
     if !ir.prologue.is_empty() {
         select.asm.mark(CodeMark::Section("before the rungs"));
@@ -201,7 +201,7 @@ fn scan_code(ir: &Ir, layout: &Ap101Layout, longer: bool) -> Result<FinishedCode
     select.asm.mark(CodeMark::ScanEnd);
     // Jumps may target the end of the last rung, but not an address after the last word, so the code ends
     // with a NOP.
-    asm.op(Kind::Nop, &[]);
+    asm.op(Ap101OpKind::Nop, &[]);
     asm.mark(CodeMark::AfterScan);
     asm.finish().map_err(BuildRefusal::Internal)
 }
@@ -226,30 +226,30 @@ enum Ap101Jump {
 }
 
 impl TargetArch for Ap101Arch {
-    type Opcode = Kind;
+    type Opcode = Ap101OpKind;
     type JumpForm = Ap101Jump;
 
-    fn instruction_words(&self, _: Kind) -> u32 {
+    fn instruction_words(&self, _: Ap101OpKind) -> u32 {
         1
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], _: u32) -> Result<Vec<u16>, CodegenError> {
+    fn encode(&self, kind: Ap101OpKind, operands: &[i32], _: u32) -> Result<Vec<u16>, CodegenError> {
         Ok(vec![isa::encode(kind, operands)?])
     }
 
-    fn jump_form(&self, jump: Ap101Jump, _: u8, _: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {
+    fn jump_form(&self, jump: Ap101Jump, _: u8, _: u32, to: u32) -> Option<Vec<FormInstruction<Ap101OpKind>>> {
         let kind = match jump {
-            Ap101Jump::Unconditional => Kind::Jmp,
-            Ap101Jump::IfSet => Kind::Jmpc,
+            Ap101Jump::Unconditional => Ap101OpKind::Jmp,
+            Ap101Jump::IfSet => Ap101OpKind::Jmpc,
         };
         // Code that exceeds the memory is refused by its length, so the operand may wrap here.
         Some(vec![FormInstruction { kind, operands: vec![(to % SPAN as u32) as i32], target: Some(to) }])
     }
 
-    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
+    fn flow_and_cycles(&self, kind: Ap101OpKind) -> (ControlFlow, CycleCounts) {
         let flow = match kind {
-            Kind::Jmp | Kind::JmpX => ControlFlow::Jump,
-            Kind::Jmpc | Kind::JmpcX => ControlFlow::Branch,
+            Ap101OpKind::Jmp | Ap101OpKind::JmpX => ControlFlow::Jump,
+            Ap101OpKind::Jmpc | Ap101OpKind::JmpcX => ControlFlow::Branch,
             _ => ControlFlow::Sequential,
         };
         let row = isa::ROWS.get(kind as usize);

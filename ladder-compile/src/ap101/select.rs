@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use emu_ap101::isa::Kind;
+use emu_ap101::isa::Ap101OpKind;
 use ladder::CounterKind;
 
 use super::acc_use::{OpContinuation, prefers_inverted, reads_acc};
@@ -66,14 +66,14 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
     /// Copies outputs from their images to their channels.
     pub(super) fn copy_late_outputs(&mut self) {
         for &(image, channel) in &self.layout.late_outputs {
-            self.emit(Kind::Ld, image);
-            self.emit(Kind::Sto, channel);
+            self.emit(Ap101OpKind::Ld, image);
+            self.emit(Ap101OpKind::Sto, channel);
         }
     }
 
-    fn emit(&mut self, kind: Kind, addr: u16) {
+    fn emit(&mut self, kind: Ap101OpKind, addr: u16) {
         self.asm.op(kind, &[addr.into()]);
-        let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
+        let writes = matches!(kind, Ap101OpKind::Sto | Ap101OpKind::Stoc | Ap101OpKind::Stc | Ap101OpKind::Rtc);
         if !writes || self.held_bit.is_some_and(|(held, _)| held == addr) {
             self.held_bit = None;
         }
@@ -82,9 +82,9 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         }
         // Reading a module does not return the value written to it.
         match kind {
-            Kind::Ld | Kind::Ldc => self.held_bit = Some((addr, kind == Kind::Ldc)),
-            Kind::Sto | Kind::Stoc if !(R_ZONE..M_ZONE).contains(&addr) => {
-                self.held_bit = Some((addr, kind == Kind::Stoc))
+            Ap101OpKind::Ld | Ap101OpKind::Ldc => self.held_bit = Some((addr, kind == Ap101OpKind::Ldc)),
+            Ap101OpKind::Sto | Ap101OpKind::Stoc if !(R_ZONE..M_ZONE).contains(&addr) => {
+                self.held_bit = Some((addr, kind == Ap101OpKind::Stoc))
             }
             _ => {}
         }
@@ -153,7 +153,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
     }
 
     fn not(&mut self) {
-        self.asm.op(Kind::Not, &[]);
+        self.asm.op(Ap101OpKind::Not, &[]);
         self.inverted = !self.inverted;
         self.known = self.known.map(|a| !a);
         self.held_bit = self.held_bit.map(|(bit, complement)| (bit, !complement));
@@ -161,7 +161,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
 
     fn clear(&mut self) {
         if self.known != Some(false) {
-            self.asm.op(Kind::Clr, &[]);
+            self.asm.op(Ap101OpKind::Clr, &[]);
             (self.known, self.held_bit) = (Some(false), None);
         }
     }
@@ -179,37 +179,37 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             return;
         }
         self.inverted = prefers_inverted(rest);
-        self.emit(if negated == self.inverted { Kind::Ld } else { Kind::Ldc }, addr);
+        self.emit(if negated == self.inverted { Ap101OpKind::Ld } else { Ap101OpKind::Ldc }, addr);
     }
 
     fn store(&mut self, addr: u16, negated: bool) {
-        self.emit(if negated == self.inverted { Kind::Sto } else { Kind::Stoc }, addr);
+        self.emit(if negated == self.inverted { Ap101OpKind::Sto } else { Ap101OpKind::Stoc }, addr);
     }
 
     /// acc := acc and the bit; if A holds the complement, this is an OR of complements.
     fn and(&mut self, addr: u16, negated: bool) {
         let kind = match (self.inverted, negated) {
-            (false, false) => Kind::And,
-            (false, true) => Kind::Andc,
-            (true, false) => Kind::Orc,
-            (true, true) => Kind::Or,
+            (false, false) => Ap101OpKind::And,
+            (false, true) => Ap101OpKind::Andc,
+            (true, false) => Ap101OpKind::Orc,
+            (true, true) => Ap101OpKind::Or,
         };
         self.emit(kind, addr);
     }
 
     fn or(&mut self, addr: u16, negated: bool) {
         let kind = match (self.inverted, negated) {
-            (false, false) => Kind::Or,
-            (false, true) => Kind::Orc,
-            (true, false) => Kind::Andc,
-            (true, true) => Kind::And,
+            (false, false) => Ap101OpKind::Or,
+            (false, true) => Ap101OpKind::Orc,
+            (true, false) => Ap101OpKind::Andc,
+            (true, true) => Ap101OpKind::And,
         };
         self.emit(kind, addr);
     }
 
     /// Sets a bit to a constant and preserves the accumulator.
     fn constant(&mut self, addr: u16, value: bool, rest: &OpContinuation<'_>) {
-        let write = if value { Kind::Stc } else { Kind::Rtc };
+        let write = if value { Ap101OpKind::Stc } else { Ap101OpKind::Rtc };
         if self.known.is_none() {
             if reads_acc(rest) {
                 self.emit(write, addr);
@@ -218,7 +218,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             }
             self.clear();
         }
-        self.emit(if self.known == Some(value) { Kind::Sto } else { Kind::Stoc }, addr);
+        self.emit(if self.known == Some(value) { Ap101OpKind::Sto } else { Ap101OpKind::Stoc }, addr);
     }
 
     fn op(&mut self, op: &IrOp, rest: &OpContinuation<'_>) {
@@ -296,35 +296,37 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
     /// AND NOT memory, and the memory is set where the output is 1.
     fn rising(&mut self, memory: u16) {
         self.set_inversion(true);
-        self.emit(Kind::Rtc, memory);
+        self.emit(Ap101OpKind::Rtc, memory);
         self.not();
-        self.emit(Kind::Andc, memory);
-        self.emit(Kind::Stc, memory);
+        self.emit(Ap101OpKind::Andc, memory);
+        self.emit(Ap101OpKind::Stc, memory);
     }
 
     /// Selects a falling edge: the rising edge with input and memory complemented.
     fn falling(&mut self, memory: u16) {
         self.set_inversion(false);
-        self.emit(Kind::Stc, memory);
+        self.emit(Ap101OpKind::Stc, memory);
         self.not();
-        self.emit(Kind::And, memory);
-        self.emit(Kind::Rtc, memory);
+        self.emit(Ap101OpKind::And, memory);
+        self.emit(Ap101OpKind::Rtc, memory);
         self.inverted = false;
     }
 
     /// Selects the fixed template of a three-address operation.
     fn logic(&mut self, dst: u16, is: LogicOp) {
         let (first, second) = match is {
-            LogicOp::Copy(a) => ((Kind::Ld, Kind::Ldc, a), None),
-            LogicOp::Not(a) => ((Kind::Ldc, Kind::Ld, a), None),
-            LogicOp::And(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::And, Kind::Andc, b))),
-            LogicOp::Or(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::Or, Kind::Orc, b))),
+            LogicOp::Copy(a) => ((Ap101OpKind::Ld, Ap101OpKind::Ldc, a), None),
+            LogicOp::Not(a) => ((Ap101OpKind::Ldc, Ap101OpKind::Ld, a), None),
+            LogicOp::And(a, b) => {
+                ((Ap101OpKind::Ld, Ap101OpKind::Ldc, a), Some((Ap101OpKind::And, Ap101OpKind::Andc, b)))
+            }
+            LogicOp::Or(a, b) => ((Ap101OpKind::Ld, Ap101OpKind::Ldc, a), Some((Ap101OpKind::Or, Ap101OpKind::Orc, b))),
         };
         for (plain, complemented, bit) in std::iter::once(first).chain(second) {
             let (addr, complement) = self.source(bit);
             self.emit(if complement { complemented } else { plain }, addr);
         }
-        self.emit(Kind::Sto, dst);
+        self.emit(Ap101OpKind::Sto, dst);
         self.inverted = false;
     }
 
@@ -346,8 +348,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         // the count.
         self.store(scratch, false);
         self.clear();
-        self.emit(Kind::Sto, module);
-        self.emit(if matches!(input, '/' | 'o') { Kind::Ldc } else { Kind::Ld }, scratch);
+        self.emit(Ap101OpKind::Sto, module);
+        self.emit(if matches!(input, '/' | 'o') { Ap101OpKind::Ldc } else { Ap101OpKind::Ld }, scratch);
         self.inverted = input == '/';
         let edge = self.layout.module_edge_bits.get(&word).copied().unwrap_or(scratch);
         match input {
@@ -356,11 +358,11 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             _ => {}
         }
         match kind {
-            CounterKind::Ctu if bounded => self.emit(Kind::Andc, module),
-            CounterKind::Ctd if bounded => self.emit(Kind::And, module),
+            CounterKind::Ctu if bounded => self.emit(Ap101OpKind::Andc, module),
+            CounterKind::Ctd if bounded => self.emit(Ap101OpKind::And, module),
             _ => {}
         }
-        self.emit(Kind::Sto, module);
+        self.emit(Ap101OpKind::Sto, module);
         self.load(if circular { scratch } else { module }, false, rest);
     }
 
@@ -396,7 +398,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
                     self.store(scratch, false);
                 }
                 let (addr, complement) = self.source(bit);
-                self.emit(if complement { Kind::Ldc } else { Kind::Ld }, addr);
+                self.emit(if complement { Ap101OpKind::Ldc } else { Ap101OpKind::Ld }, addr);
                 self.inverted = false;
                 self.select_arms(then, otherwise, kept.then_some(scratch), rest);
             }
@@ -408,8 +410,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
     /// Writes a constant or resets a module, if the accumulator is 1, or if it is 0 with `inverted`.
     fn write_conditionally(&mut self, op: &IrOp, inverted: bool) {
         let (kind, addr) = match op {
-            IrOp::SetBit { bit, value } => (if *value { Kind::Stc } else { Kind::Rtc }, self.bit(*bit)),
-            IrOp::Move { dst, .. } => (Kind::Stc, self.module(*dst) + RESET_OFFSET),
+            IrOp::SetBit { bit, value } => (if *value { Ap101OpKind::Stc } else { Ap101OpKind::Rtc }, self.bit(*bit)),
+            IrOp::Move { dst, .. } => (Ap101OpKind::Stc, self.module(*dst) + RESET_OFFSET),
             _ => return,
         };
         self.set_inversion(inverted);

@@ -1,6 +1,6 @@
 //! The AVR as a target of the code writer ([`crate::code`]): instruction table and forms of jumps.
 
-use emu_avr::isa::{self, Kind, ROWS, WORD_BITS};
+use emu_avr::isa::{self, AvrOpKind, ROWS, WORD_BITS};
 use emu_core::chip::Chip;
 use emu_core::table::{InstructionLocation, instruction_words};
 
@@ -18,7 +18,7 @@ pub struct AvrArch {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AvrJump {
     /// A conditional branch.
-    If(Kind),
+    If(AvrOpKind),
     /// An unconditional jump. It is one instruction at any distance, so a skip may precede it.
     To,
     /// A call.
@@ -32,7 +32,7 @@ impl AvrArch {
     /// Mask that wraps relative jumps: program words less one on chips without JMP, else larger than any
     /// program.
     fn wrap_mask(&self) -> u32 {
-        if isa::is_missing(self.chip.flash_bytes, Kind::Jmp) { self.chip.flash_bytes / 2 - 1 } else { 0x3F_FFFF }
+        if isa::is_missing(self.chip.flash_bytes, AvrOpKind::Jmp) { self.chip.flash_bytes / 2 - 1 } else { 0x3F_FFFF }
     }
 
     /// Location of an instruction. Addresses wrap, because code that is too large is refused only when it is
@@ -51,20 +51,20 @@ impl AvrArch {
 }
 
 impl TargetArch for AvrArch {
-    type Opcode = Kind;
+    type Opcode = AvrOpKind;
     type JumpForm = AvrJump;
 
-    fn instruction_words(&self, kind: Kind) -> u32 {
+    fn instruction_words(&self, kind: AvrOpKind) -> u32 {
         ROWS.get(kind as usize).map_or(1, |row| row.len())
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError> {
+    fn encode(&self, kind: AvrOpKind, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError> {
         let row = ROWS.get(kind as usize).ok_or(CodegenError::NoSuchInstruction)?;
         let bits = row.encode(operands, &self.site(at, row.len()))?;
         Ok(instruction_words(row, WORD_BITS, bits))
     }
 
-    fn jump_form(&self, jump: AvrJump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {
+    fn jump_form(&self, jump: AvrJump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<AvrOpKind>>> {
         let step =
             |kind, to: u32| FormInstruction { kind, operands: vec![(to & self.wrap_mask()) as i32], target: Some(to) };
         match (jump, level) {
@@ -75,23 +75,25 @@ impl TargetArch for AvrArch {
             // Out of reach for the branch: the opposite branch skips a jump.
             (AvrJump::If(kind), 1) => self
                 .is_relative_reachable(at + 1, to)
-                .then(|| vec![step(opposite_branch(kind), at + 2), step(Kind::Rjmp, to)]),
-            (AvrJump::If(kind), _) => Some(vec![step(opposite_branch(kind), at + 3), step(Kind::Jmp, to)]),
-            (AvrJump::To, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rjmp, to)]),
-            (AvrJump::Call, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rcall, to)]),
+                .then(|| vec![step(opposite_branch(kind), at + 2), step(AvrOpKind::Rjmp, to)]),
+            (AvrJump::If(kind), _) => Some(vec![step(opposite_branch(kind), at + 3), step(AvrOpKind::Jmp, to)]),
+            (AvrJump::To, 0) => self.is_relative_reachable(at, to).then(|| vec![step(AvrOpKind::Rjmp, to)]),
+            (AvrJump::Call, 0) => self.is_relative_reachable(at, to).then(|| vec![step(AvrOpKind::Rcall, to)]),
             // On a chip without these instructions only code that is too large reaches this arm; its size is
             // refused later.
-            (AvrJump::To, _) => Some(vec![step(Kind::Jmp, to)]),
-            (AvrJump::Call, _) => Some(vec![step(Kind::Call, to)]),
+            (AvrJump::To, _) => Some(vec![step(AvrOpKind::Jmp, to)]),
+            (AvrJump::Call, _) => Some(vec![step(AvrOpKind::Call, to)]),
         }
     }
 
-    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
+    fn flow_and_cycles(&self, kind: AvrOpKind) -> (ControlFlow, CycleCounts) {
         let flow = match kind {
-            Kind::Ret => ControlFlow::Return,
-            Kind::Rjmp | Kind::Jmp => ControlFlow::Jump,
-            Kind::Rcall | Kind::Call => ControlFlow::Call,
-            Kind::Sbrc | Kind::Sbrs | Kind::Sbic | Kind::Sbis | Kind::Cpse => ControlFlow::Skip,
+            AvrOpKind::Ret => ControlFlow::Return,
+            AvrOpKind::Rjmp | AvrOpKind::Jmp => ControlFlow::Jump,
+            AvrOpKind::Rcall | AvrOpKind::Call => ControlFlow::Call,
+            AvrOpKind::Sbrc | AvrOpKind::Sbrs | AvrOpKind::Sbic | AvrOpKind::Sbis | AvrOpKind::Cpse => {
+                ControlFlow::Skip
+            }
             kind if opposite_branch(kind) != kind => ControlFlow::Branch,
             _ => ControlFlow::Sequential,
         };
@@ -107,14 +109,14 @@ impl TargetArch for AvrArch {
 
 /// Returns the branch on the opposite condition.
 #[must_use]
-pub fn opposite_branch(kind: Kind) -> Kind {
-    const PAIRS: [(Kind, Kind); 6] = [
-        (Kind::Brcs, Kind::Brcc),
-        (Kind::Breq, Kind::Brne),
-        (Kind::Brmi, Kind::Brpl),
-        (Kind::Brlt, Kind::Brge),
-        (Kind::Brts, Kind::Brtc),
-        (Kind::Brvs, Kind::Brvc),
+pub fn opposite_branch(kind: AvrOpKind) -> AvrOpKind {
+    const PAIRS: [(AvrOpKind, AvrOpKind); 6] = [
+        (AvrOpKind::Brcs, AvrOpKind::Brcc),
+        (AvrOpKind::Breq, AvrOpKind::Brne),
+        (AvrOpKind::Brmi, AvrOpKind::Brpl),
+        (AvrOpKind::Brlt, AvrOpKind::Brge),
+        (AvrOpKind::Brts, AvrOpKind::Brtc),
+        (AvrOpKind::Brvs, AvrOpKind::Brvc),
     ];
     let found = PAIRS.iter().find_map(|&(a, b)| if a == kind { Some(b) } else { (b == kind).then_some(a) });
     found.unwrap_or(kind)

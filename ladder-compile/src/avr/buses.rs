@@ -1,6 +1,6 @@
 //! The I2C and SPI buses: their settings, their set-up, and the subroutines of their transfers.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::arch::{AvrCodeWriter, AvrJump};
 use super::layout::port_and_mask;
@@ -111,7 +111,7 @@ pub fn wait_set(asm: &mut AvrCodeWriter, addr: i32, bit: i32, turns: u32) {
     let again = asm.new_label();
     asm.place_label(again);
     registers::read(asm, BYTE, addr);
-    asm.op(Kind::Sbrs, &[BYTE, bit]);
+    asm.op(AvrOpKind::Sbrs, &[BYTE, bit]);
     asm.jump_back(AvrJump::To, again, turns);
 }
 
@@ -160,14 +160,14 @@ const STATUS_BITS: i32 = 0xF8;
 pub fn read_register(asm: &mut AvrCodeWriter, regs: &AvrRegisters, turns: u32) {
     address_register(asm, regs, turns);
     step(asm, regs, &[&["TWSTA"]], turns);
-    asm.op(Kind::Ori, &[SCRATCH, 1]);
+    asm.op(AvrOpKind::Ori, &[SCRATCH, 1]);
     send_byte(asm, regs, SCRATCH, turns);
     registers::read(asm, BYTE, regs.addr(&["TWSR"]));
-    asm.op(Kind::Andi, &[BYTE, STATUS_BITS]);
-    asm.op(Kind::Ldi, &[A[0], 0xFF]);
-    asm.op(Kind::Cpi, &[BYTE, READING]);
+    asm.op(AvrOpKind::Andi, &[BYTE, STATUS_BITS]);
+    asm.op(AvrOpKind::Ldi, &[A[0], 0xFF]);
+    asm.op(AvrOpKind::Cpi, &[BYTE, READING]);
     let over = asm.new_label();
-    asm.jump(AvrJump::If(Kind::Brne), over);
+    asm.jump(AvrJump::If(AvrOpKind::Brne), over);
     step(asm, regs, &[], turns);
     registers::read(asm, A[0], regs.addr(&["TWDR"]));
     asm.place_label(over);
@@ -178,10 +178,10 @@ pub fn read_register(asm: &mut AvrCodeWriter, regs: &AvrRegisters, turns: u32) {
 pub fn exchange(asm: &mut AvrCodeWriter, regs: &AvrRegisters, turns: u32, (letter, bit): (char, u8)) {
     // The ports of all chips that have the bus are within reach of CBI and SBI.
     let port = regs.port("PORT", letter) - 0x20;
-    asm.op(Kind::Cbi, &[port, bit.into()]);
+    asm.op(AvrOpKind::Cbi, &[port, bit.into()]);
     registers::write(asm, regs.addr(&["SPDR"]), A[0]);
     wait_set(asm, regs.addr(&["SPSR"]), regs.bit(&["SPIF"]), turns);
-    asm.op(Kind::Sbi, &[port, bit.into()]);
+    asm.op(AvrOpKind::Sbi, &[port, bit.into()]);
     registers::read(asm, A[0], regs.addr(&["SPDR"]));
 }
 
@@ -203,12 +203,12 @@ impl AvrSelector<'_> {
         }
         if let BusAction::I2cWrite(device) | BusAction::I2cRead(device) = action {
             self.load_value(register, 1, B);
-            self.asm.op(Kind::Ldi, &[SCRATCH, i32::from(device) << 1]);
+            self.asm.op(AvrOpKind::Ldi, &[SCRATCH, i32::from(device) << 1]);
         }
         self.routine(routine);
         let Some(dst) = dst else { return };
         let wanted = self.bytes(dst);
-        A.iter().take(wanted).skip(1).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
+        A.iter().take(wanted).skip(1).for_each(|&reg| self.asm.op(AvrOpKind::Mov, &[reg, ZERO]));
         self.store_registers(dst, A);
     }
 }

@@ -1,6 +1,6 @@
 //! Signed comparisons of integers.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::arch::AvrJump;
 use super::layout::AvrCellPlace;
@@ -28,9 +28,9 @@ fn is_range(first: &WordComparison, second: &WordComparison) -> bool {
 /// The branch instructions after a comparison.
 pub(super) struct ComparisonBranches {
     /// Is taken if the comparison is true.
-    pub if_true: Kind,
+    pub if_true: AvrOpKind,
     /// Is taken if the comparison is false.
-    pub if_false: Kind,
+    pub if_false: AvrOpKind,
 }
 
 impl AvrSelector<'_> {
@@ -56,13 +56,14 @@ impl AvrSelector<'_> {
             (compare.rel, compare.b, next, self.comparison_chain.failure_target)
         {
             let top = self.sign_byte_register(compare.a);
-            self.asm.op(if compare.rel == RelationOp::Ge { Kind::Sbrc } else { Kind::Sbrs }, &[top, 7]);
-            self.asm.op(Kind::Clt, &[]);
+            self.asm.op(if compare.rel == RelationOp::Ge { AvrOpKind::Sbrc } else { AvrOpKind::Sbrs }, &[top, 7]);
+            self.asm.op(AvrOpKind::Clt, &[]);
             self.known.t = None;
             return;
         }
         let signed = self.compare(compare);
-        let branches = if unsigned { ComparisonBranches { if_true: Kind::Brcs, if_false: Kind::Brcc } } else { signed };
+        let branches =
+            if unsigned { ComparisonBranches { if_true: AvrOpKind::Brcs, if_false: AvrOpKind::Brcc } } else { signed };
         let (label, before) = match self.comparison_chain.failure_target {
             Some(known) => known,
             None => (self.asm.new_label(), self.known.a),
@@ -75,7 +76,7 @@ impl AvrSelector<'_> {
             let over = self.asm.new_label();
             self.asm.jump(AvrJump::If(branches.if_true), over);
             self.asm.place_label(label);
-            self.asm.op(Kind::Clt, &[]);
+            self.asm.op(AvrOpKind::Clt, &[]);
             self.asm.place_label(over);
             self.comparison_chain.failure_target = None;
             self.known.a = known;
@@ -90,9 +91,12 @@ impl AvrSelector<'_> {
             (RelationOp::Lt | RelationOp::Ge, WordOperand::Const(0)) => {
                 // Only the sign matters.
                 let top = self.sign_byte_register(a);
-                self.asm.op(Kind::And, &[top, top]);
-                let (if_true, if_false) =
-                    if rel == RelationOp::Lt { (Kind::Brmi, Kind::Brpl) } else { (Kind::Brpl, Kind::Brmi) };
+                self.asm.op(AvrOpKind::And, &[top, top]);
+                let (if_true, if_false) = if rel == RelationOp::Lt {
+                    (AvrOpKind::Brmi, AvrOpKind::Brpl)
+                } else {
+                    (AvrOpKind::Brpl, AvrOpKind::Brmi)
+                };
                 return ComparisonBranches { if_true, if_false };
             }
             (_, WordOperand::Const(constant)) => self.compare_constant(a, rel, constant),
@@ -106,17 +110,17 @@ impl AvrSelector<'_> {
             }
         }
         let (if_true, if_false) = match rel {
-            RelationOp::Eq => (Kind::Breq, Kind::Brne),
-            RelationOp::Ne => (Kind::Brne, Kind::Breq),
-            RelationOp::Lt => (Kind::Brlt, Kind::Brge),
-            RelationOp::Ge => (Kind::Brge, Kind::Brlt),
+            RelationOp::Eq => (AvrOpKind::Breq, AvrOpKind::Brne),
+            RelationOp::Ne => (AvrOpKind::Brne, AvrOpKind::Breq),
+            RelationOp::Lt => (AvrOpKind::Brlt, AvrOpKind::Brge),
+            RelationOp::Ge => (AvrOpKind::Brge, AvrOpKind::Brlt),
         };
         ComparisonBranches { if_true, if_false }
     }
 
     fn compare_bytes(&mut self, left: RegisterQuad, right: RegisterQuad, width: usize) {
         for (n, (&left, &right)) in left.iter().zip(&right).enumerate().take(width) {
-            self.asm.op(if n == 0 { Kind::Cp } else { Kind::Cpc }, &[left, right]);
+            self.asm.op(if n == 0 { AvrOpKind::Cp } else { AvrOpKind::Cpc }, &[left, right]);
         }
     }
 
@@ -141,12 +145,12 @@ impl AvrSelector<'_> {
             }
         };
         for (n, &reg) in regs.iter().enumerate().take(width).skip(skipped) {
-            let (plain, immediate) = if n == skipped { (Kind::Cp, true) } else { (Kind::Cpc, false) };
+            let (plain, immediate) = if n == skipped { (AvrOpKind::Cp, true) } else { (AvrOpKind::Cpc, false) };
             match constant_byte(constant, n) {
                 0 => self.asm.op(plain, &[reg, ZERO]),
-                byte if immediate && reg >= 16 => self.asm.op(Kind::Cpi, &[reg, byte]),
+                byte if immediate && reg >= 16 => self.asm.op(AvrOpKind::Cpi, &[reg, byte]),
                 byte => {
-                    self.asm.op(Kind::Ldi, &[SCRATCH, byte]);
+                    self.asm.op(AvrOpKind::Ldi, &[SCRATCH, byte]);
                     self.asm.op(plain, &[reg, SCRATCH]);
                 }
             }

@@ -13,7 +13,7 @@
 //! RAM            integers (low byte first), bits, the fraction of the timer; the stack at the end
 //! ```
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::arch::AvrCodeWriter;
 use super::usage::AvrUsage;
@@ -110,16 +110,16 @@ impl AvrLayout {
     /// Emits `reg` := the byte of RAM at a data address.
     pub fn load(&self, asm: &mut AvrCodeWriter, reg: i32, addr: u16) {
         match addr.wrapping_sub(self.ram_start) {
-            near @ 0..64 => asm.op(Kind::LddY, &[reg, near.into()]),
-            _ => asm.op(Kind::Lds, &[reg, addr.into()]),
+            near @ 0..64 => asm.op(AvrOpKind::LddY, &[reg, near.into()]),
+            _ => asm.op(AvrOpKind::Lds, &[reg, addr.into()]),
         }
     }
 
     /// Emits the byte of RAM at a data address := `reg`.
     pub fn store(&self, asm: &mut AvrCodeWriter, addr: u16, reg: i32) {
         match addr.wrapping_sub(self.ram_start) {
-            near @ 0..64 => asm.op(Kind::StdY, &[near.into(), reg]),
-            _ => asm.op(Kind::Sts, &[reg, addr.into()]),
+            near @ 0..64 => asm.op(AvrOpKind::StdY, &[near.into(), reg]),
+            _ => asm.op(AvrOpKind::Sts, &[reg, addr.into()]),
         }
     }
 }

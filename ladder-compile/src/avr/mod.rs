@@ -16,7 +16,7 @@ pub mod targets;
 pub mod usage;
 pub mod words;
 
-use emu_avr::isa::{self, Kind};
+use emu_avr::isa::{self, AvrOpKind};
 use ladder::ElementId;
 
 use crate::code::{CodeLabel, FinishedCode};
@@ -118,17 +118,17 @@ fn emit_image(
     asm.place_label(poll);
     let (flags, matched) = (regs.addr(&["TIFR1", "TIFR"]), regs.bit(&["OCF1A"]));
     if is_bit_addressable(flags) {
-        asm.op(Kind::Sbis, &[flags - 0x20, matched]);
+        asm.op(AvrOpKind::Sbis, &[flags - 0x20, matched]);
         asm.jump(AvrJump::To, poll);
     } else {
         registers::read(&mut asm, 24, flags);
-        asm.op(Kind::Sbrs, &[24, matched]);
+        asm.op(AvrOpKind::Sbrs, &[24, matched]);
         asm.jump(AvrJump::To, poll);
     }
     asm.mark(CodeMark::ScanStart);
     asm.mark(CodeMark::Section("scan: take the match, latch the inputs"));
     if is_bit_addressable(flags) {
-        asm.op(Kind::Sbi, &[flags - 0x20, matched]);
+        asm.op(AvrOpKind::Sbi, &[flags - 0x20, matched]);
     } else {
         // Writing back what was read clears the flags that are set; no code waits for the other flags.
         registers::write(&mut asm, flags, 24);
@@ -179,7 +179,7 @@ fn emit_image(
         asm.mark(CodeMark::Section(routine.title()));
         asm.place_label(label);
         routine.body(&mut asm, &context);
-        asm.op(Kind::Ret, &[]);
+        asm.op(AvrOpKind::Ret, &[]);
     }
     if !low_tables {
         emit_tables(&mut asm, job.ir, &plan.devices.tables);
@@ -198,17 +198,17 @@ fn write_port_cells(
     let free = i32::from(!(job.used_pins(port.letter) | port.driven | port.pull_ups));
     let load = |asm: &mut AvrCodeWriter, word| {
         match layout.word(word) {
-            AvrCellPlace::Reg(reg) => asm.op(Kind::Mov, &[24, reg.into()]),
+            AvrCellPlace::Reg(reg) => asm.op(AvrOpKind::Mov, &[24, reg.into()]),
             AvrCellPlace::Ram(addr) => layout.load(asm, 24, addr),
         }
-        asm.op(Kind::Andi, &[24, free]);
+        asm.op(AvrOpKind::Andi, &[24, free]);
     };
     match (cells.latch, port.output) {
         (Some(latch), image) => {
             load(asm, latch);
             match image {
-                Some(image) => asm.op(Kind::Or, &[24, image.into()]),
-                None if port.pull_ups != 0 => asm.op(Kind::Ori, &[24, port.pull_ups.into()]),
+                Some(image) => asm.op(AvrOpKind::Or, &[24, image.into()]),
+                None if port.pull_ups != 0 => asm.op(AvrOpKind::Ori, &[24, port.pull_ups.into()]),
                 None => {}
             }
             registers::write(asm, regs.port("PORT", port.letter), 24);
@@ -219,7 +219,7 @@ fn write_port_cells(
     if let Some(direction) = cells.direction {
         load(asm, direction);
         if port.driven != 0 {
-            asm.op(Kind::Ori, &[24, port.driven.into()]);
+            asm.op(AvrOpKind::Ori, &[24, port.driven.into()]);
         }
         registers::write(asm, regs.port("DDR", port.letter), 24);
     }
@@ -313,16 +313,16 @@ fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImag
 /// It consists of an iteration that just missed the match (the test and the jump back) and the test that sees
 /// it.
 fn longest_poll(regs: &AvrRegisters) -> u64 {
-    let cycles = |kind: Kind, outcome: usize| {
+    let cycles = |kind: AvrOpKind, outcome: usize| {
         let row = isa::ROWS.get(kind as usize);
         row.and_then(|row| row.cycles.possible_counts().get(outcome)).copied().map_or(0, u64::from)
     };
     let (read_flag, skip) = if is_bit_addressable(regs.addr(&["TIFR1", "TIFR"])) {
-        (0, Kind::Sbis)
+        (0, AvrOpKind::Sbis)
     } else {
-        (cycles(Kind::In, 0), Kind::Sbrs)
+        (cycles(AvrOpKind::In, 0), AvrOpKind::Sbrs)
     };
-    read_flag + cycles(skip, 0) + cycles(Kind::Rjmp, 0) + read_flag + cycles(skip, 1)
+    read_flag + cycles(skip, 0) + cycles(AvrOpKind::Rjmp, 0) + read_flag + cycles(skip, 1)
 }
 
 /// Lines of the image: instructions, and the data between them.

@@ -5,7 +5,7 @@
 //! once. If not, the code carries the fraction: after each match it decides whether the next period is one
 //! tick longer, as Bresenham's line algorithm does. The error never exceeds one tick.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::arch::AvrCodeWriter;
 use super::layout::{AvrCellPlace, AvrLayout};
@@ -123,9 +123,9 @@ impl AvrPacing {
         if let Some(fraction) = self.fraction {
             for (byte, n) in fraction.start.to_le_bytes().into_iter().take(fraction.bytes.into()).zip(0..) {
                 match layout.fraction {
-                    AvrCellPlace::Reg(reg) => asm.op(Kind::Ldi, &[i32::from(reg) + n, byte.into()]),
+                    AvrCellPlace::Reg(reg) => asm.op(AvrOpKind::Ldi, &[i32::from(reg) + n, byte.into()]),
                     AvrCellPlace::Ram(addr) => {
-                        asm.op(Kind::Ldi, &[24, byte.into()]);
+                        asm.op(AvrOpKind::Ldi, &[24, byte.into()]);
                         layout.store(asm, addr + n as u16, 24);
                     }
                 }
@@ -139,9 +139,9 @@ impl AvrPacing {
         // The prescalers run since reset, so reset them; without a prescaler this is not needed.
         if self.prescale > 1 {
             let reset = regs.mask(&[&["PSRSYNC", "PSR10", "PSR321", "PSR310"]]);
-            asm.op(Kind::Ldi, &[25, reset]);
+            asm.op(AvrOpKind::Ldi, &[25, reset]);
         }
-        asm.op(Kind::Ldi, &[24, regs.mask(&[&["WGM12", "CTC1"]]) | i32::from(self.select)]);
+        asm.op(AvrOpKind::Ldi, &[24, regs.mask(&[&["WGM12", "CTC1"]]) | i32::from(self.select)]);
         if self.prescale > 1 {
             registers::write(asm, prescaler, 25);
         }
@@ -163,17 +163,17 @@ impl AvrPacing {
         };
         let subtract = |asm: &mut AvrCodeWriter, value: u32| {
             for (byte, n) in value.to_le_bytes().into_iter().zip(0..bytes) {
-                asm.op(if n == 0 { Kind::Subi } else { Kind::Sbci }, &[first + n, byte.into()]);
+                asm.op(if n == 0 { AvrOpKind::Subi } else { AvrOpKind::Sbci }, &[first + n, byte.into()]);
             }
         };
         let [low, high] = ((self.ticks - 1) as u16).to_le_bytes();
-        asm.op(Kind::Ldi, &[24, low.into()]);
-        asm.op(Kind::Ldi, &[25, high.into()]);
+        asm.op(AvrOpKind::Ldi, &[24, low.into()]);
+        asm.op(AvrOpKind::Ldi, &[25, high.into()]);
         subtract(asm, fraction.numerator);
         let same = asm.new_label();
-        asm.jump(super::arch::AvrJump::If(Kind::Brcc), same);
+        asm.jump(super::arch::AvrJump::If(AvrOpKind::Brcc), same);
         subtract(asm, fraction.denominator.wrapping_neg());
-        asm.op(Kind::Adiw, &[24, 1]);
+        asm.op(AvrOpKind::Adiw, &[24, 1]);
         asm.place_label(same);
         registers::write(asm, regs.addr(&["OCR1AH"]), 25);
         registers::write(asm, regs.addr(&["OCR1AL"]), 24);

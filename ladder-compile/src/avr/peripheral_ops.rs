@@ -1,6 +1,6 @@
 //! Selects instructions for operations on peripherals and tables.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::arch::AvrJump;
 use super::buses::{AvrI2cSetup, AvrSpiSetup};
@@ -51,9 +51,9 @@ impl AvrSelector<'_> {
         let width = if short { 1 } else { 2 };
         self.load_value(WordOperand::Cell(index), width, pointer);
         let add = |this: &mut Self, other: i32| {
-            this.asm.op(Kind::Add, &[POINTER, other]);
+            this.asm.op(AvrOpKind::Add, &[POINTER, other]);
             if !short {
-                this.asm.op(Kind::Adc, &[POINTER + 1, other + 1]);
+                this.asm.op(AvrOpKind::Adc, &[POINTER + 1, other + 1]);
             }
         };
         match bytes {
@@ -70,13 +70,14 @@ impl AvrSelector<'_> {
             _ => {}
         }
         if short {
-            self.asm.op(Kind::Ldi, &[POINTER + 1, 0]);
+            self.asm.op(AvrOpKind::Ldi, &[POINTER + 1, 0]);
         }
         // LPM uses byte addresses. There is no add with a constant, so the code subtracts the negated
         // address.
-        self.asm
-            .op_with_label_value(Kind::Subi, &[POINTER, 0], 1, label, |word| (2 * word as i32).wrapping_neg() & 0xFF);
-        self.asm.op_with_label_value(Kind::Sbci, &[POINTER + 1, 0], 1, label, |word| {
+        self.asm.op_with_label_value(AvrOpKind::Subi, &[POINTER, 0], 1, label, |word| {
+            (2 * word as i32).wrapping_neg() & 0xFF
+        });
+        self.asm.op_with_label_value(AvrOpKind::Sbci, &[POINTER + 1, 0], 1, label, |word| {
             (2 * word as i32).wrapping_neg() >> 8 & 0xFF
         });
         let wanted = self.bytes(dst);
@@ -84,12 +85,12 @@ impl AvrSelector<'_> {
         let to = home.unwrap_or(A);
         let have = wanted.min(usize::from(table.bytes));
         for (n, &reg) in to.iter().enumerate().take(have) {
-            self.asm.op(if n + 1 < have { Kind::LpmZi } else { Kind::LpmZ }, &[reg]);
+            self.asm.op(if n + 1 < have { AvrOpKind::LpmZi } else { AvrOpKind::LpmZ }, &[reg]);
         }
         if table.values.iter().any(|&value| value < 0) {
             self.sign_extend(to, have, wanted);
         } else {
-            to.iter().take(wanted).skip(have).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
+            to.iter().take(wanted).skip(have).for_each(|&reg| self.asm.op(AvrOpKind::Mov, &[reg, ZERO]));
         }
         if home.is_some() {
             self.invalidate_cached(dst);
@@ -108,7 +109,7 @@ impl AvrSelector<'_> {
         }
         self.routine(AvrRoutine::Convert(devices.conversion_iterations));
         let wanted = self.bytes(dst);
-        A.iter().take(wanted).skip(2).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
+        A.iter().take(wanted).skip(2).for_each(|&reg| self.asm.op(AvrOpKind::Mov, &[reg, ZERO]));
         self.store_registers(dst, A);
     }
 
@@ -151,12 +152,12 @@ impl AvrSelector<'_> {
     pub fn receive(&mut self, dst: WordId) {
         let over = self.asm.new_label();
         let (status, bit) = (self.regs.serial(serial::STATUS), self.regs.bit(serial::RECEIVED));
-        self.asm.op(Kind::Clt, &[]);
+        self.asm.op(AvrOpKind::Clt, &[]);
         if registers::is_bit_addressable(status) {
-            self.asm.op(Kind::Sbis, &[status - 0x20, bit]);
+            self.asm.op(AvrOpKind::Sbis, &[status - 0x20, bit]);
         } else {
             registers::read(self.asm, BYTE, status);
-            self.asm.op(Kind::Sbrs, &[BYTE, bit]);
+            self.asm.op(AvrOpKind::Sbrs, &[BYTE, bit]);
         }
         self.asm.jump(AvrJump::To, over);
         let before = self.known.a;
@@ -164,11 +165,11 @@ impl AvrSelector<'_> {
         let home = self.home_registers(dst);
         let to = home.unwrap_or(A);
         registers::read(self.asm, to[0], self.regs.serial(serial::DATA));
-        to.iter().take(wanted).skip(1).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
+        to.iter().take(wanted).skip(1).for_each(|&reg| self.asm.op(AvrOpKind::Mov, &[reg, ZERO]));
         if home.is_none() {
             self.store_registers(dst, A);
         }
-        self.asm.op(Kind::Set, &[]);
+        self.asm.op(AvrOpKind::Set, &[]);
         self.asm.place_label(over);
         // After the two paths join, A may hold dst, its old content, or neither.
         self.known.a = before.filter(|_| home.is_some());
@@ -180,7 +181,7 @@ impl AvrSelector<'_> {
     /// EEARH.
     fn cell_address(&mut self, addr: u16) {
         let [low, high] = addr.to_le_bytes();
-        self.asm.op(Kind::Ldi, &[BYTE, low.into()]);
+        self.asm.op(AvrOpKind::Ldi, &[BYTE, low.into()]);
         if self.ir.eeprom_bytes > 256 {
             registers::write_constant(self.asm, self.regs.addr(&["EEARH"]), high.into(), SCRATCH);
         }

@@ -1,7 +1,7 @@
 //! PWM outputs with timers 0 and 2: a timer counts through all 256 values, up or up and down, and each of its
 //! compare registers controls a pin.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 use emu_avr::periph::timers::ClockTap;
 
 use super::arch::{AvrCodeWriter, AvrJump};
@@ -156,12 +156,12 @@ impl AvrPwmSetup {
     /// Emits `reg` := the mode with the pin driven by the timer, or by its port.
     fn load_mode(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, reg: i32, driven: bool) {
         if !self.is_shared {
-            return asm.op(Kind::Ldi, &[reg, self.mode(regs, driven)]);
+            return asm.op(AvrOpKind::Ldi, &[reg, self.mode(regs, driven)]);
         }
         registers::read(asm, reg, self.mode_register(regs));
         match driven {
-            true => asm.op(Kind::Ori, &[reg, self.connects(regs)]),
-            false => asm.op(Kind::Andi, &[reg, 0xFF & !self.connects(regs)]),
+            true => asm.op(AvrOpKind::Ori, &[reg, self.connects(regs)]),
+            false => asm.op(AvrOpKind::Andi, &[reg, 0xFF & !self.connects(regs)]),
         }
     }
 
@@ -180,34 +180,34 @@ impl AvrPwmSetup {
         let in_range = asm.new_label();
         let low = A[0];
         let high = A.into_iter().take(bytes).next_back().unwrap_or(low);
-        asm.op(Kind::Cpi, &[low, 101]);
-        A.into_iter().take(bytes).skip(1).for_each(|reg| asm.op(Kind::Cpc, &[reg, ZERO]));
-        asm.jump(AvrJump::If(Kind::Brlt), in_range);
-        asm.op(Kind::Ldi, &[low, 100]);
+        asm.op(AvrOpKind::Cpi, &[low, 101]);
+        A.into_iter().take(bytes).skip(1).for_each(|reg| asm.op(AvrOpKind::Cpc, &[reg, ZERO]));
+        asm.jump(AvrJump::If(AvrOpKind::Brlt), in_range);
+        asm.op(AvrOpKind::Ldi, &[low, 100]);
         asm.place_label(in_range);
-        asm.op(Kind::Sbrc, &[high, 7]);
-        asm.op(Kind::Ldi, &[low, 0]);
+        asm.op(AvrOpKind::Sbrc, &[high, 7]);
+        asm.op(AvrOpKind::Ldi, &[low, 0]);
         if !self.phase {
             let driven = asm.new_label();
             self.load_mode(asm, regs, MODE_WORK_REGISTER, true);
-            asm.op(Kind::And, &[low, low]);
-            asm.jump(AvrJump::If(Kind::Brne), driven);
+            asm.op(AvrOpKind::And, &[low, low]);
+            asm.jump(AvrJump::If(AvrOpKind::Brne), driven);
             match self.is_shared {
-                true => asm.op(Kind::Andi, &[MODE_WORK_REGISTER, 0xFF & !self.connects(regs)]),
-                false => asm.op(Kind::Ldi, &[MODE_WORK_REGISTER, self.mode(regs, false)]),
+                true => asm.op(AvrOpKind::Andi, &[MODE_WORK_REGISTER, 0xFF & !self.connects(regs)]),
+                false => asm.op(AvrOpKind::Ldi, &[MODE_WORK_REGISTER, self.mode(regs, false)]),
             }
             asm.place_label(driven);
         }
         // The factor exceeds 512; MUL multiplies by the excess, and two additions add the rest.
-        asm.op(Kind::Ldi, &[SCRATCH, self.factor() - 512]);
-        asm.op(Kind::Mul, &[low, SCRATCH]);
-        asm.op(Kind::Add, &[low, low]);
-        asm.op(Kind::Add, &[low, ZERO]);
+        asm.op(AvrOpKind::Ldi, &[SCRATCH, self.factor() - 512]);
+        asm.op(AvrOpKind::Mul, &[low, SCRATCH]);
+        asm.op(AvrOpKind::Add, &[low, low]);
+        asm.op(AvrOpKind::Add, &[low, ZERO]);
         if !self.phase {
-            asm.op(Kind::Dec, &[low]);
+            asm.op(AvrOpKind::Dec, &[low]);
         }
-        asm.op(Kind::Eor, &[ZERO, ZERO]);
-        asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
+        asm.op(AvrOpKind::Eor, &[ZERO, ZERO]);
+        asm.op(AvrOpKind::Eor, &[LOW_ZERO, LOW_ZERO]);
         registers::write(asm, self.compare_register(regs), low);
         if self.phase {
             self.load_mode(asm, regs, SCRATCH, true);

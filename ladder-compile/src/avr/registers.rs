@@ -1,6 +1,6 @@
 //! Finds registers and bits of a chip by their data-sheet names, and emits the shortest access to an address.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 use emu_core::chip::Chip;
 
 use super::arch::AvrCodeWriter;
@@ -94,19 +94,19 @@ pub fn is_io(addr: i32) -> bool {
 
 /// Emits `reg` := the I/O register at a data address.
 pub fn read(asm: &mut AvrCodeWriter, reg: i32, addr: i32) {
-    if is_io(addr) { asm.op(Kind::In, &[reg, addr - 0x20]) } else { asm.op(Kind::Lds, &[reg, addr]) }
+    if is_io(addr) { asm.op(AvrOpKind::In, &[reg, addr - 0x20]) } else { asm.op(AvrOpKind::Lds, &[reg, addr]) }
 }
 
 /// Emits the I/O register at a data address := `reg`.
 pub fn write(asm: &mut AvrCodeWriter, addr: i32, reg: i32) {
-    if is_io(addr) { asm.op(Kind::Out, &[addr - 0x20, reg]) } else { asm.op(Kind::Sts, &[reg, addr]) }
+    if is_io(addr) { asm.op(AvrOpKind::Out, &[addr - 0x20, reg]) } else { asm.op(AvrOpKind::Sts, &[reg, addr]) }
 }
 
 /// Emits the I/O register at a data address := a constant, loaded through `reg`.
 pub fn write_constant(asm: &mut AvrCodeWriter, addr: i32, value: i32, reg: i32) {
     let from = if value == 0 { ZERO } else { reg };
     if value != 0 {
-        asm.op(Kind::Ldi, &[reg, value]);
+        asm.op(AvrOpKind::Ldi, &[reg, value]);
     }
     write(asm, addr, from);
 }

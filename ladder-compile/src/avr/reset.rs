@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 use emu_core::chip::PinDef;
 
 use super::arch::{AvrCodeWriter, AvrJump};
@@ -35,7 +35,7 @@ pub fn clear_memory(
     calls: bool,
 ) {
     let chip = job.target.chip;
-    asm.op(Kind::Eor, &[ZERO, ZERO]);
+    asm.op(AvrOpKind::Eor, &[ZERO, ZERO]);
     let at_end = emu_avr::chips::part(chip.name).is_some_and(|part| part.stack_starts_at_ram_end);
     if calls && !at_end {
         let [low, high] = (chip.ram_start + (chip.ram_len - 1)).to_le_bytes();
@@ -49,8 +49,8 @@ pub fn clear_memory(
     clear_registers(asm, &layout.registers);
     if bytes > 0 {
         let [low, high] = layout.ram_start.to_le_bytes();
-        asm.op(Kind::Ldi, &[28, low.into()]);
-        asm.op(Kind::Ldi, &[29, high.into()]);
+        asm.op(AvrOpKind::Ldi, &[28, low.into()]);
+        asm.op(AvrOpKind::Ldi, &[29, high.into()]);
     }
     if bytes <= MAX_UNROLLED_WORDS {
         (0..layout.ram_bytes).for_each(|n| layout.store(asm, layout.ram_start + n, ZERO));
@@ -70,13 +70,13 @@ pub fn clear_memory(
 /// Writes a constant to byte `n` of a cell.
 fn put_byte(asm: &mut AvrCodeWriter, layout: &AvrLayout, place: AvrCellPlace, n: u8, byte: u8) {
     match place {
-        AvrCellPlace::Reg(reg) if reg >= 16 => asm.op(Kind::Ldi, &[(reg + n).into(), byte.into()]),
+        AvrCellPlace::Reg(reg) if reg >= 16 => asm.op(AvrOpKind::Ldi, &[(reg + n).into(), byte.into()]),
         AvrCellPlace::Reg(reg) => {
-            asm.op(Kind::Ldi, &[24, byte.into()]);
-            asm.op(Kind::Mov, &[(reg + n).into(), 24]);
+            asm.op(AvrOpKind::Ldi, &[24, byte.into()]);
+            asm.op(AvrOpKind::Mov, &[(reg + n).into(), 24]);
         }
         AvrCellPlace::Ram(addr) => {
-            asm.op(Kind::Ldi, &[24, byte.into()]);
+            asm.op(AvrOpKind::Ldi, &[24, byte.into()]);
             layout.store(asm, addr + u16::from(n), 24);
         }
     }
@@ -85,20 +85,20 @@ fn put_byte(asm: &mut AvrCodeWriter, layout: &AvrLayout, place: AvrCellPlace, n:
 fn clear_ram(asm: &mut AvrCodeWriter, layout: &AvrLayout) {
     let [low, high] = layout.ram_start.to_le_bytes();
     let [end_low, end_high] = (layout.ram_start + layout.ram_bytes).to_le_bytes();
-    asm.op(Kind::Ldi, &[30, low.into()]);
-    asm.op(Kind::Ldi, &[31, high.into()]);
+    asm.op(AvrOpKind::Ldi, &[30, low.into()]);
+    asm.op(AvrOpKind::Ldi, &[31, high.into()]);
     let many = layout.ram_bytes > 256;
     if many {
-        asm.op(Kind::Ldi, &[24, end_high.into()]);
+        asm.op(AvrOpKind::Ldi, &[24, end_high.into()]);
     }
     let again = asm.new_label();
     asm.place_label(again);
-    asm.op(Kind::StZi, &[ZERO]);
-    asm.op(Kind::Cpi, &[30, end_low.into()]);
+    asm.op(AvrOpKind::StZi, &[ZERO]);
+    asm.op(AvrOpKind::Cpi, &[30, end_low.into()]);
     if many {
-        asm.op(Kind::Cpc, &[31, 24]);
+        asm.op(AvrOpKind::Cpc, &[31, 24]);
     }
-    asm.jump_back(AvrJump::If(Kind::Brne), again, layout.ram_bytes.into());
+    asm.jump_back(AvrJump::If(AvrOpKind::Brne), again, layout.ram_bytes.into());
 }
 
 fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
@@ -109,20 +109,23 @@ fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
         words.push((reg, pair));
     }
     if words.len() < MAX_UNROLLED_WORDS {
-        asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
+        asm.op(AvrOpKind::Eor, &[LOW_ZERO, LOW_ZERO]);
         for (reg, pair) in words {
-            asm.op(if pair { Kind::Movw } else { Kind::Mov }, &[reg.into(), if pair { LOW_ZERO } else { ZERO }]);
+            asm.op(
+                if pair { AvrOpKind::Movw } else { AvrOpKind::Mov },
+                &[reg.into(), if pair { LOW_ZERO } else { ZERO }],
+            );
         }
         return;
     }
     // Registers are data memory from address 0: Z counts down from its own address and is zero at the end.
-    asm.op(Kind::Ldi, &[30, 30]);
-    asm.op(Kind::Ldi, &[31, 0]);
+    asm.op(AvrOpKind::Ldi, &[30, 30]);
+    asm.op(AvrOpKind::Ldi, &[31, 0]);
     let again = asm.new_label();
     asm.place_label(again);
-    asm.op(Kind::StZd, &[ZERO]);
-    asm.op(Kind::And, &[30, 30]);
-    asm.jump_back(AvrJump::If(Kind::Brne), again, 30);
+    asm.op(AvrOpKind::StZd, &[ZERO]);
+    asm.op(AvrOpKind::And, &[30, 30]);
+    asm.jump_back(AvrJump::If(AvrOpKind::Brne), again, 30);
 }
 
 /// Emits the set-up of ports: pull-ups before directions, so that no output glitches.
@@ -136,18 +139,18 @@ pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLa
         // The bit takes effect only if it is written twice within four clocks.
         let control = regs.addr(&["MCUCSR", "MCUCR"]);
         registers::read(asm, 24, control);
-        asm.op(Kind::Ori, &[24, regs.mask(&[&["JTD"]])]);
+        asm.op(AvrOpKind::Ori, &[24, regs.mask(&[&["JTD"]])]);
         registers::write(asm, control, 24);
         registers::write(asm, control, 24);
     }
     for port in &layout.ports {
         if port.pull_ups != 0 {
-            asm.op(Kind::Ldi, &[24, port.pull_ups.into()]);
+            asm.op(AvrOpKind::Ldi, &[24, port.pull_ups.into()]);
             registers::write(asm, regs.port("PORT", port.letter), 24);
             if let Some(image) = port.output {
                 // The image may have initial values of outputs.
                 let is_clear = job.ir.initial_bits().next().is_none();
-                asm.op(if is_clear { Kind::Mov } else { Kind::Or }, &[image.into(), 24]);
+                asm.op(if is_clear { AvrOpKind::Mov } else { AvrOpKind::Or }, &[image.into(), 24]);
             }
         }
         if port.driven != 0 {

@@ -1,7 +1,7 @@
 //! Subroutines for programs. Operands are in [`A`] and [`B`], results in A. A routine with a single call is
 //! inlined there.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::arch::{AvrCodeWriter, AvrJump};
 use super::buses;
@@ -90,8 +90,8 @@ fn low_registers(regs: [i32; 4], bytes: usize) -> impl Iterator<Item = i32> {
 /// Emits a multiplication that computes only the low half of the product.
 fn multiply(asm: &mut AvrCodeWriter, bytes: usize) {
     if bytes == 1 {
-        asm.op(Kind::Mul, &[A[0], B[0]]);
-        asm.op(Kind::Mov, &[A[0], LOW_ZERO]);
+        asm.op(AvrOpKind::Mul, &[A[0], B[0]]);
+        asm.op(AvrOpKind::Mov, &[A[0], LOW_ZERO]);
     } else {
         let mut fresh = [true; 4];
         // Products at even positions first: they fill pairs of bytes without a carry to propagate.
@@ -99,46 +99,46 @@ fn multiply(asm: &mut AvrCodeWriter, bytes: usize) {
         pairs.sort_by_key(|&(i, j)| ((i + j) % 2 == 1, i + j));
         for (i, j) in pairs {
             let at = i + j;
-            asm.op(Kind::Mul, &[A[i], B[j]]);
+            asm.op(AvrOpKind::Mul, &[A[i], B[j]]);
             match (fresh[at], at + 1 < bytes) {
                 (true, true) if fresh[at + 1] => {
-                    asm.op(Kind::Movw, &[WORK_REGISTERS[at], LOW_ZERO]);
+                    asm.op(AvrOpKind::Movw, &[WORK_REGISTERS[at], LOW_ZERO]);
                     (fresh[at], fresh[at + 1]) = (false, false);
                 }
                 (true, false) => {
-                    asm.op(Kind::Mov, &[WORK_REGISTERS[at], LOW_ZERO]);
+                    asm.op(AvrOpKind::Mov, &[WORK_REGISTERS[at], LOW_ZERO]);
                     fresh[at] = false;
                 }
-                (_, false) => asm.op(Kind::Add, &[WORK_REGISTERS[at], LOW_ZERO]),
+                (_, false) => asm.op(AvrOpKind::Add, &[WORK_REGISTERS[at], LOW_ZERO]),
                 _ => {
-                    asm.op(Kind::Add, &[WORK_REGISTERS[at], LOW_ZERO]);
-                    asm.op(Kind::Adc, &[WORK_REGISTERS[at + 1], ZERO]);
+                    asm.op(AvrOpKind::Add, &[WORK_REGISTERS[at], LOW_ZERO]);
+                    asm.op(AvrOpKind::Adc, &[WORK_REGISTERS[at + 1], ZERO]);
                     if at + 2 < bytes {
                         // Propagate the carry. r1:r0 may become zero again here, because neither EOR nor MOV
                         // changes the carry.
-                        asm.op(Kind::Ldi, &[COUNT_REGISTER, 0]);
-                        (at + 2..bytes).for_each(|n| asm.op(Kind::Adc, &[WORK_REGISTERS[n], COUNT_REGISTER]));
+                        asm.op(AvrOpKind::Ldi, &[COUNT_REGISTER, 0]);
+                        (at + 2..bytes).for_each(|n| asm.op(AvrOpKind::Adc, &[WORK_REGISTERS[n], COUNT_REGISTER]));
                     }
                 }
             }
         }
         for n in (0..bytes).step_by(2) {
             if n + 1 < bytes {
-                asm.op(Kind::Movw, &[A[n], WORK_REGISTERS[n]]);
+                asm.op(AvrOpKind::Movw, &[A[n], WORK_REGISTERS[n]]);
             } else {
-                asm.op(Kind::Mov, &[A[n], WORK_REGISTERS[n]]);
+                asm.op(AvrOpKind::Mov, &[A[n], WORK_REGISTERS[n]]);
             }
         }
     }
-    asm.op(Kind::Eor, &[ZERO, ZERO]);
-    asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
+    asm.op(AvrOpKind::Eor, &[ZERO, ZERO]);
+    asm.op(AvrOpKind::Eor, &[LOW_ZERO, LOW_ZERO]);
 }
 
 /// Emits regs := -regs.
 pub fn negate(asm: &mut AvrCodeWriter, regs: [i32; 4], bytes: usize) {
-    low_registers(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Com, &[reg]));
-    asm.op(Kind::Neg, &[regs[0]]);
-    low_registers(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Sbci, &[reg, 0xFF]));
+    low_registers(regs, bytes).skip(1).for_each(|reg| asm.op(AvrOpKind::Com, &[reg]));
+    asm.op(AvrOpKind::Neg, &[regs[0]]);
+    low_registers(regs, bytes).skip(1).for_each(|reg| asm.op(AvrOpKind::Sbci, &[reg, 0xFF]));
 }
 
 /// Emits a signed division that truncates toward zero.
@@ -148,46 +148,46 @@ pub fn negate(asm: &mut AvrCodeWriter, regs: [i32; 4], bytes: usize) {
 fn divide(asm: &mut AvrCodeWriter, bytes: usize, signed: bool) {
     let (count, sign) = if bytes <= 2 { NARROW_REGISTERS } else { (COUNT_REGISTER, SIGN_REGISTER) };
     let (a_high, b_high) = (A[bytes - 1], B[bytes - 1]);
-    asm.op(Kind::Mov, &[sign, a_high]);
+    asm.op(AvrOpKind::Mov, &[sign, a_high]);
     if signed {
-        asm.op(Kind::Eor, &[sign, b_high]);
+        asm.op(AvrOpKind::Eor, &[sign, b_high]);
     }
     for (regs, high) in [(A, a_high), (B, b_high)].into_iter().take(if signed { 2 } else { 1 }) {
         let positive = asm.new_label();
-        asm.op(Kind::And, &[high, high]);
-        asm.jump(AvrJump::If(Kind::Brpl), positive);
+        asm.op(AvrOpKind::And, &[high, high]);
+        asm.jump(AvrJump::If(AvrOpKind::Brpl), positive);
         negate(asm, regs, bytes);
         asm.place_label(positive);
     }
     for n in (0..bytes).step_by(2) {
         if n + 1 < bytes {
-            asm.op(Kind::Movw, &[WORK_REGISTERS[n], LOW_ZERO]);
+            asm.op(AvrOpKind::Movw, &[WORK_REGISTERS[n], LOW_ZERO]);
         } else {
-            asm.op(Kind::Mov, &[WORK_REGISTERS[n], ZERO]);
+            asm.op(AvrOpKind::Mov, &[WORK_REGISTERS[n], ZERO]);
         }
     }
     let bits = 8 * bytes as i32;
-    asm.op(Kind::Ldi, &[count, bits]);
+    asm.op(AvrOpKind::Ldi, &[count, bits]);
     let (again, smaller, positive) = (asm.new_label(), asm.new_label(), asm.new_label());
     asm.place_label(again);
-    asm.op(Kind::Add, &[A[0], A[0]]);
-    low_registers(A, bytes).skip(1).for_each(|reg| asm.op(Kind::Adc, &[reg, reg]));
-    low_registers(WORK_REGISTERS, bytes).for_each(|reg| asm.op(Kind::Adc, &[reg, reg]));
+    asm.op(AvrOpKind::Add, &[A[0], A[0]]);
+    low_registers(A, bytes).skip(1).for_each(|reg| asm.op(AvrOpKind::Adc, &[reg, reg]));
+    low_registers(WORK_REGISTERS, bytes).for_each(|reg| asm.op(AvrOpKind::Adc, &[reg, reg]));
     if bytes > 1 {
-        asm.op(Kind::Cp, &[WORK_REGISTERS[0], B[0]]);
-        low_registers(WORK_REGISTERS, bytes).zip(B).skip(1).for_each(|(work, b)| asm.op(Kind::Cpc, &[work, b]));
+        asm.op(AvrOpKind::Cp, &[WORK_REGISTERS[0], B[0]]);
+        low_registers(WORK_REGISTERS, bytes).zip(B).skip(1).for_each(|(work, b)| asm.op(AvrOpKind::Cpc, &[work, b]));
     } else {
-        asm.op(Kind::Cp, &[WORK_REGISTERS[0], B[0]]);
+        asm.op(AvrOpKind::Cp, &[WORK_REGISTERS[0], B[0]]);
     }
-    asm.jump(AvrJump::If(Kind::Brcs), smaller);
-    asm.op(Kind::Sub, &[WORK_REGISTERS[0], B[0]]);
-    low_registers(WORK_REGISTERS, bytes).zip(B).skip(1).for_each(|(work, b)| asm.op(Kind::Sbc, &[work, b]));
-    asm.op(Kind::Inc, &[A[0]]);
+    asm.jump(AvrJump::If(AvrOpKind::Brcs), smaller);
+    asm.op(AvrOpKind::Sub, &[WORK_REGISTERS[0], B[0]]);
+    low_registers(WORK_REGISTERS, bytes).zip(B).skip(1).for_each(|(work, b)| asm.op(AvrOpKind::Sbc, &[work, b]));
+    asm.op(AvrOpKind::Inc, &[A[0]]);
     asm.place_label(smaller);
-    asm.op(Kind::Dec, &[count]);
-    asm.jump_back(AvrJump::If(Kind::Brne), again, bits as u32);
-    asm.op(Kind::And, &[sign, sign]);
-    asm.jump(AvrJump::If(Kind::Brpl), positive);
+    asm.op(AvrOpKind::Dec, &[count]);
+    asm.jump_back(AvrJump::If(AvrOpKind::Brne), again, bits as u32);
+    asm.op(AvrOpKind::And, &[sign, sign]);
+    asm.jump(AvrJump::If(AvrOpKind::Brpl), positive);
     negate(asm, A, bytes);
     asm.place_label(positive);
 }
@@ -198,10 +198,10 @@ pub fn wait_clear(asm: &mut AvrCodeWriter, addr: i32, bit: i32, turns: u32) {
     let again = asm.new_label();
     asm.place_label(again);
     if registers::is_bit_addressable(addr) {
-        asm.op(Kind::Sbic, &[addr - 0x20, bit]);
+        asm.op(AvrOpKind::Sbic, &[addr - 0x20, bit]);
     } else {
         registers::read(asm, BYTE, addr);
-        asm.op(Kind::Sbrc, &[BYTE, bit]);
+        asm.op(AvrOpKind::Sbrc, &[BYTE, bit]);
     }
     asm.jump_back(AvrJump::To, again, turns);
 }
@@ -221,10 +221,10 @@ pub fn wait_clocks(addr: i32) -> u32 {
 /// Emits code that sets one bit of a register.
 pub fn set_bit(asm: &mut AvrCodeWriter, addr: i32, bit: i32) {
     if registers::is_bit_addressable(addr) {
-        asm.op(Kind::Sbi, &[addr - 0x20, bit]);
+        asm.op(AvrOpKind::Sbi, &[addr - 0x20, bit]);
     } else {
         registers::read(asm, BYTE, addr);
-        asm.op(Kind::Ori, &[BYTE, 1 << bit]);
+        asm.op(AvrOpKind::Ori, &[BYTE, 1 << bit]);
         registers::write(asm, addr, BYTE);
     }
 }
@@ -245,7 +245,11 @@ const EEPROM_WRITE_HALT_CLOCKS: u32 = 2;
 /// Emits `to` := the EEPROM cell whose address is in [`BYTE`].
 fn read_cell(asm: &mut AvrCodeWriter, regs: &AvrRegisters, to: i32) {
     registers::write(asm, regs.addr(&["EEARL"]), BYTE);
-    asm.op_with_extra_cycles(Kind::Sbi, &[regs.addr(&["EECR"]) - 0x20, regs.bit(&["EERE"])], EEPROM_READ_HALT_CLOCKS);
+    asm.op_with_extra_cycles(
+        AvrOpKind::Sbi,
+        &[regs.addr(&["EECR"]) - 0x20, regs.bit(&["EERE"])],
+        EEPROM_READ_HALT_CLOCKS,
+    );
     registers::read(asm, to, regs.addr(&["EEDR"]));
 }
 
@@ -260,12 +264,12 @@ fn recall(asm: &mut AvrCodeWriter, context: &RoutineContext<'_>, bytes: usize) {
 
 /// Increments the EEPROM address, including its high byte if the program uses more than 256 cells.
 fn increment_cell_address(asm: &mut AvrCodeWriter, context: &RoutineContext<'_>) {
-    asm.op(Kind::Inc, &[BYTE]);
+    asm.op(AvrOpKind::Inc, &[BYTE]);
     if context.eeprom > 256 {
         let (same, high) = (asm.new_label(), context.regs.addr(&["EEARH"]));
-        asm.jump(AvrJump::If(Kind::Brne), same);
+        asm.jump(AvrJump::If(AvrOpKind::Brne), same);
         registers::read(asm, SCRATCH, high);
-        asm.op(Kind::Inc, &[SCRATCH]);
+        asm.op(AvrOpKind::Inc, &[SCRATCH]);
         registers::write(asm, high, SCRATCH);
         asm.place_label(same);
     }
@@ -279,37 +283,37 @@ fn persist(asm: &mut AvrCodeWriter, context: &RoutineContext<'_>, bytes: usize, 
             increment_cell_address(asm, context);
         }
         read_cell(asm, regs, SCRATCH);
-        asm.op(Kind::Cp, &[SCRATCH, reg]);
+        asm.op(AvrOpKind::Cp, &[SCRATCH, reg]);
         if n + 1 < bytes {
             let same = asm.new_label();
             if n == 0 {
-                asm.jump(AvrJump::If(Kind::Brne), write);
+                asm.jump(AvrJump::If(AvrOpKind::Brne), write);
             } else {
-                asm.jump(AvrJump::If(Kind::Breq), same);
-                asm.op(Kind::Mov, &[A[0], reg]);
+                asm.jump(AvrJump::If(AvrOpKind::Breq), same);
+                asm.op(AvrOpKind::Mov, &[A[0], reg]);
                 asm.jump(AvrJump::To, write);
             }
             asm.place_label(same);
         } else {
-            asm.jump(AvrJump::If(Kind::Breq), done);
+            asm.jump(AvrJump::If(AvrOpKind::Breq), done);
             if n > 0 {
-                asm.op(Kind::Mov, &[A[0], reg]);
+                asm.op(AvrOpKind::Mov, &[A[0], reg]);
             }
         }
     }
     asm.place_label(write);
     let control = regs.addr(&["EECR"]) - 0x20;
     registers::write(asm, regs.addr(&["EEDR"]), A[0]);
-    asm.op(Kind::Sbi, &[control, regs.bit(&["EEMPE", "EEMWE"])]);
-    asm.op_with_extra_cycles(Kind::Sbi, &[control, regs.bit(&["EEPE", "EEWE"])], EEPROM_WRITE_HALT_CLOCKS);
+    asm.op(AvrOpKind::Sbi, &[control, regs.bit(&["EEMPE", "EEMWE"])]);
+    asm.op_with_extra_cycles(AvrOpKind::Sbi, &[control, regs.bit(&["EEPE", "EEWE"])], EEPROM_WRITE_HALT_CLOCKS);
     let home = context.layout.word(busy);
     for (byte, n) in scans.to_le_bytes().into_iter().zip(0..context.layout.bytes(busy)) {
         let from = if byte == 0 { ZERO } else { SCRATCH };
         if byte != 0 {
-            asm.op(Kind::Ldi, &[SCRATCH, byte.into()]);
+            asm.op(AvrOpKind::Ldi, &[SCRATCH, byte.into()]);
         }
         match home {
-            AvrCellPlace::Reg(reg) => asm.op(Kind::Mov, &[i32::from(reg + n), from]),
+            AvrCellPlace::Reg(reg) => asm.op(AvrOpKind::Mov, &[i32::from(reg + n), from]),
             AvrCellPlace::Ram(addr) => context.layout.store(asm, addr + u16::from(n), from),
         }
     }

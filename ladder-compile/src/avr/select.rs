@@ -4,7 +4,7 @@
 //! whatever the values. [`super::words`] and [`super::compare`] handle words, [`super::peripheral_ops`]
 //! peripherals.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::arch::{AvrCodeWriter, AvrJump};
 use super::compare::ComparisonChain;
@@ -86,16 +86,16 @@ impl AvrSelector<'_> {
                 Some(true) => {}
                 None => {
                     let (reg, n) = self.fetch_bit(*bit);
-                    self.asm.op(if *negated { Kind::Sbrs } else { Kind::Sbrc }, &[reg, n]);
-                    self.asm.op(Kind::Set, &[]);
+                    self.asm.op(if *negated { AvrOpKind::Sbrs } else { AvrOpKind::Sbrc }, &[reg, n]);
+                    self.asm.op(AvrOpKind::Set, &[]);
                 }
             },
             IrOp::Store { bit, negated } => self.store_bit(*bit, *negated),
             IrOp::SetBit { bit, value } => self.set_bit(*bit, *value),
             IrOp::Rising(bit) => {
                 let n = self.load_old_bit(*bit);
-                self.asm.op(Kind::Sbrc, &[SCRATCH, n]);
-                self.asm.op(Kind::Clt, &[]);
+                self.asm.op(AvrOpKind::Sbrc, &[SCRATCH, n]);
+                self.asm.op(AvrOpKind::Clt, &[]);
                 self.known.t = self.known.t.filter(|t| !t);
             }
             IrOp::Falling(bit) => {
@@ -103,15 +103,15 @@ impl AvrSelector<'_> {
                 match self.known.t {
                     Some(true) => self.set_accumulator(false),
                     Some(false) => {
-                        self.asm.op(Kind::Bst, &[SCRATCH, n]);
+                        self.asm.op(AvrOpKind::Bst, &[SCRATCH, n]);
                         self.known.t = None;
                     }
                     None => {
                         let low = self.asm.new_label();
-                        self.asm.jump(AvrJump::If(Kind::Brtc), low);
-                        self.asm.op(Kind::Eor, &[SCRATCH, SCRATCH]);
+                        self.asm.jump(AvrJump::If(AvrOpKind::Brtc), low);
+                        self.asm.op(AvrOpKind::Eor, &[SCRATCH, SCRATCH]);
                         self.asm.place_label(low);
-                        self.asm.op(Kind::Bst, &[SCRATCH, n]);
+                        self.asm.op(AvrOpKind::Bst, &[SCRATCH, n]);
                     }
                 }
             }
@@ -168,7 +168,7 @@ impl AvrSelector<'_> {
 
     fn set_accumulator(&mut self, value: bool) {
         if self.known.t != Some(value) {
-            self.asm.op(if value { Kind::Set } else { Kind::Clt }, &[]);
+            self.asm.op(if value { AvrOpKind::Set } else { AvrOpKind::Clt }, &[]);
             self.known.t = Some(value);
         }
     }
@@ -179,7 +179,7 @@ impl AvrSelector<'_> {
             self.and_bit(bit, true);
         } else {
             let (reg, n) = self.fetch_bit(bit);
-            self.asm.op(Kind::Bst, &[reg, n]);
+            self.asm.op(AvrOpKind::Bst, &[reg, n]);
             self.known.t = None;
         }
     }
@@ -187,8 +187,8 @@ impl AvrSelector<'_> {
     /// Emits T := T and bit.
     fn and_bit(&mut self, bit: BitId, negated: bool) {
         let (reg, n) = self.fetch_bit(bit);
-        self.asm.op(if negated { Kind::Sbrc } else { Kind::Sbrs }, &[reg, n]);
-        self.asm.op(Kind::Clt, &[]);
+        self.asm.op(if negated { AvrOpKind::Sbrc } else { AvrOpKind::Sbrs }, &[reg, n]);
+        self.asm.op(AvrOpKind::Clt, &[]);
         self.known.t = None;
     }
 
@@ -197,10 +197,10 @@ impl AvrSelector<'_> {
             return self.set_bit(bit, !t);
         }
         let (reg, n) = self.fetch_bit(bit);
-        self.asm.op(Kind::Bld, &[reg, n]);
+        self.asm.op(AvrOpKind::Bld, &[reg, n]);
         if negated {
-            self.asm.op(Kind::Ldi, &[SCRATCH, 1 << n]);
-            self.asm.op(Kind::Eor, &[reg, SCRATCH]);
+            self.asm.op(AvrOpKind::Ldi, &[SCRATCH, 1 << n]);
+            self.asm.op(AvrOpKind::Eor, &[reg, SCRATCH]);
         }
         self.store_fetched_bit(bit);
     }
@@ -209,12 +209,12 @@ impl AvrSelector<'_> {
         let (reg, n) = self.fetch_bit(bit);
         let mask = if value { 1 << n } else { 0xFF ^ (1 << n) };
         if self.known.t == Some(value) {
-            self.asm.op(Kind::Bld, &[reg, n]);
+            self.asm.op(AvrOpKind::Bld, &[reg, n]);
         } else if reg >= 16 {
-            self.asm.op(if value { Kind::Ori } else { Kind::Andi }, &[reg, mask]);
+            self.asm.op(if value { AvrOpKind::Ori } else { AvrOpKind::Andi }, &[reg, mask]);
         } else {
-            self.asm.op(Kind::Ldi, &[SCRATCH, mask]);
-            self.asm.op(if value { Kind::Or } else { Kind::And }, &[reg, SCRATCH]);
+            self.asm.op(AvrOpKind::Ldi, &[SCRATCH, mask]);
+            self.asm.op(if value { AvrOpKind::Or } else { AvrOpKind::And }, &[reg, SCRATCH]);
         }
         self.store_fetched_bit(bit);
     }
@@ -222,24 +222,24 @@ impl AvrSelector<'_> {
     /// Emits a three-address operation: clears or sets T, then changes it by a skip for each operand, then
     /// stores it.
     fn logic(&mut self, dst: BitId, is: LogicOp) {
-        let skip = |this: &mut Self, first: bool, skips: Kind, bit: BitId, sets: bool| {
+        let skip = |this: &mut Self, first: bool, skips: AvrOpKind, bit: BitId, sets: bool| {
             if first {
-                this.asm.op(if sets { Kind::Clt } else { Kind::Set }, &[]);
+                this.asm.op(if sets { AvrOpKind::Clt } else { AvrOpKind::Set }, &[]);
             }
             let (reg, n) = this.fetch_bit(bit);
             this.asm.op(skips, &[reg, n]);
-            this.asm.op(if sets { Kind::Set } else { Kind::Clt }, &[]);
+            this.asm.op(if sets { AvrOpKind::Set } else { AvrOpKind::Clt }, &[]);
         };
         match is {
-            LogicOp::Copy(a) => skip(self, true, Kind::Sbrc, a, true),
-            LogicOp::Not(a) => skip(self, true, Kind::Sbrs, a, true),
+            LogicOp::Copy(a) => skip(self, true, AvrOpKind::Sbrc, a, true),
+            LogicOp::Not(a) => skip(self, true, AvrOpKind::Sbrs, a, true),
             LogicOp::And(a, b) => {
-                skip(self, true, Kind::Sbrs, a, false);
-                skip(self, false, Kind::Sbrs, b, false);
+                skip(self, true, AvrOpKind::Sbrs, a, false);
+                skip(self, false, AvrOpKind::Sbrs, b, false);
             }
             LogicOp::Or(a, b) => {
-                skip(self, true, Kind::Sbrc, a, true);
-                skip(self, false, Kind::Sbrc, b, true);
+                skip(self, true, AvrOpKind::Sbrc, a, true);
+                skip(self, false, AvrOpKind::Sbrc, b, true);
             }
         }
         self.known.t = None;
@@ -250,8 +250,8 @@ impl AvrSelector<'_> {
     /// bit's number.
     fn load_old_bit(&mut self, bit: BitId) -> i32 {
         let (reg, n) = self.fetch_bit(bit);
-        self.asm.op(Kind::Mov, &[SCRATCH, reg]);
-        self.asm.op(Kind::Bld, &[reg, n]);
+        self.asm.op(AvrOpKind::Mov, &[SCRATCH, reg]);
+        self.asm.op(AvrOpKind::Bld, &[reg, n]);
         self.store_fetched_bit(bit);
         n
     }
@@ -282,19 +282,21 @@ impl AvrSelector<'_> {
         let (first, second, holds) = if then.is_empty() { (otherwise, then, false) } else { (then, otherwise, true) };
         let (other, end) = (self.asm.new_label(), self.asm.new_label());
         match cond {
-            BranchCondition::Acc => self.asm.jump(AvrJump::If(if holds { Kind::Brtc } else { Kind::Brts }), other),
+            BranchCondition::Acc => {
+                self.asm.jump(AvrJump::If(if holds { AvrOpKind::Brtc } else { AvrOpKind::Brts }), other)
+            }
             BranchCondition::Bit(bit) => {
                 let (reg, n) = self.fetch_bit(bit);
                 if let ([IrOp::SetAccumulator(value)], []) = (first, second)
                     && self.known.t != Some(*value)
                 {
                     // A single instruction needs no jump: the skip passes over it.
-                    self.asm.op(if holds { Kind::Sbrc } else { Kind::Sbrs }, &[reg, n]);
-                    self.asm.op(if *value { Kind::Set } else { Kind::Clt }, &[]);
+                    self.asm.op(if holds { AvrOpKind::Sbrc } else { AvrOpKind::Sbrs }, &[reg, n]);
+                    self.asm.op(if *value { AvrOpKind::Set } else { AvrOpKind::Clt }, &[]);
                     self.known.t = None;
                     return;
                 }
-                self.asm.op(if holds { Kind::Sbrs } else { Kind::Sbrc }, &[reg, n]);
+                self.asm.op(if holds { AvrOpKind::Sbrs } else { AvrOpKind::Sbrc }, &[reg, n]);
                 self.asm.jump(AvrJump::To, other);
             }
             BranchCondition::Compare(compare) => {

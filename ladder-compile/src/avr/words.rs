@@ -3,7 +3,7 @@
 //! A word in registers is processed in place if the instructions can reach it. Other words pass through A,
 //! and the selector tracks what A holds.
 
-use emu_avr::isa::Kind;
+use emu_avr::isa::AvrOpKind;
 
 use super::layout::AvrCellPlace;
 use super::registers::{A, B, LOW_ZERO, SCRATCH, ZERO};
@@ -70,7 +70,7 @@ impl AvrSelector<'_> {
                 for (n, reg) in regs.iter_mut().enumerate().take(width) {
                     match constant_byte(constant, n) {
                         0 => *reg = ZERO,
-                        byte => self.asm.op(Kind::Ldi, &[*reg, byte]),
+                        byte => self.asm.op(AvrOpKind::Ldi, &[*reg, byte]),
                     }
                 }
                 if to == A {
@@ -90,8 +90,8 @@ impl AvrSelector<'_> {
             WordOperand::Const(constant) => {
                 for (n, &reg) in to.iter().enumerate().take(width) {
                     match constant_byte(constant, n) {
-                        0 if reg < 16 => self.asm.op(Kind::Mov, &[reg, ZERO]),
-                        byte => self.asm.op(Kind::Ldi, &[reg, byte]),
+                        0 if reg < 16 => self.asm.op(AvrOpKind::Mov, &[reg, ZERO]),
+                        byte => self.asm.op(AvrOpKind::Ldi, &[reg, byte]),
                     }
                 }
             }
@@ -123,10 +123,10 @@ impl AvrSelector<'_> {
         if have >= width {
             return;
         }
-        self.asm.op(Kind::Mov, &[next, top]);
-        self.asm.op(Kind::Add, &[next, next]);
-        self.asm.op(Kind::Sbc, &[next, next]);
-        regs.iter().take(width).skip(have + 1).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, next]));
+        self.asm.op(AvrOpKind::Mov, &[next, top]);
+        self.asm.op(AvrOpKind::Add, &[next, next]);
+        self.asm.op(AvrOpKind::Sbc, &[next, next]);
+        regs.iter().take(width).skip(have + 1).for_each(|&reg| self.asm.op(AvrOpKind::Mov, &[reg, next]));
     }
 
     /// Emits a copy of registers, with MOVW where both sides are pairs.
@@ -136,7 +136,7 @@ impl AvrSelector<'_> {
             let (t, f) = (to[n], from[n]);
             let pair = n + 1 < width && t % 2 == 0 && f % 2 == 0 && to[n + 1] == t + 1 && from[n + 1] == f + 1;
             if t != f {
-                self.asm.op(if pair { Kind::Movw } else { Kind::Mov }, &[t, f]);
+                self.asm.op(if pair { AvrOpKind::Movw } else { AvrOpKind::Mov }, &[t, f]);
             }
             n += if pair { 2 } else { 1 };
         }
@@ -188,7 +188,7 @@ impl AvrSelector<'_> {
                 for n in 0..width {
                     let byte = constant_byte(constant, n);
                     if byte != 0 && cached != Some(byte) {
-                        self.asm.op(Kind::Ldi, &[SCRATCH, byte]);
+                        self.asm.op(AvrOpKind::Ldi, &[SCRATCH, byte]);
                         cached = Some(byte);
                     }
                     self.layout.store(self.asm, addr + n as u16, if byte == 0 { ZERO } else { SCRATCH });
@@ -196,8 +196,8 @@ impl AvrSelector<'_> {
                 self.invalidate_cached(dst);
             }
             (WordOperand::Const(constant), AvrCellPlace::Reg(reg)) if width == 1 => {
-                self.asm.op(Kind::Ldi, &[SCRATCH, constant_byte(constant, 0)]);
-                self.asm.op(Kind::Mov, &[reg.into(), SCRATCH]);
+                self.asm.op(AvrOpKind::Ldi, &[SCRATCH, constant_byte(constant, 0)]);
+                self.asm.op(AvrOpKind::Mov, &[reg.into(), SCRATCH]);
                 self.invalidate_cached(dst);
             }
             (WordOperand::Cell(_), AvrCellPlace::Reg(reg)) => {
@@ -220,17 +220,17 @@ impl AvrSelector<'_> {
             }
             (ArithmeticOp::Sub, x, WordOperand::Const(c)) => self.add(dst, x, c.wrapping_neg()),
             (ArithmeticOp::Add, a, b) if b == WordOperand::Cell(dst) => {
-                self.add_or_subtract((Kind::Add, Kind::Adc), dst, b, a)
+                self.add_or_subtract((AvrOpKind::Add, AvrOpKind::Adc), dst, b, a)
             }
-            (ArithmeticOp::Add, a, b) => self.add_or_subtract((Kind::Add, Kind::Adc), dst, a, b),
+            (ArithmeticOp::Add, a, b) => self.add_or_subtract((AvrOpKind::Add, AvrOpKind::Adc), dst, a, b),
             (ArithmeticOp::Sub, WordOperand::Const(0), b) if usize::from(self.layout.bytes(dst)) <= 2 => {
                 self.negate_into(dst, b)
             }
-            (ArithmeticOp::Sub, a, b) => self.add_or_subtract((Kind::Sub, Kind::Sbc), dst, a, b),
+            (ArithmeticOp::Sub, a, b) => self.add_or_subtract((AvrOpKind::Sub, AvrOpKind::Sbc), dst, a, b),
             (ArithmeticOp::Mul, a, b) => self.multiply(dst, a, b),
-            (ArithmeticOp::And, a, b) => self.add_or_subtract((Kind::And, Kind::And), dst, a, b),
-            (ArithmeticOp::Or, a, b) => self.add_or_subtract((Kind::Or, Kind::Or), dst, a, b),
-            (ArithmeticOp::Xor, a, b) => self.add_or_subtract((Kind::Eor, Kind::Eor), dst, a, b),
+            (ArithmeticOp::And, a, b) => self.add_or_subtract((AvrOpKind::And, AvrOpKind::And), dst, a, b),
+            (ArithmeticOp::Or, a, b) => self.add_or_subtract((AvrOpKind::Or, AvrOpKind::Or), dst, a, b),
+            (ArithmeticOp::Xor, a, b) => self.add_or_subtract((AvrOpKind::Eor, AvrOpKind::Eor), dst, a, b),
             (ArithmeticOp::Shr, a, b) => self.shift_right(dst, a, shift_count(b)),
             (ArithmeticOp::Div, a, b) => {
                 self.operands(a, b, width);
@@ -247,7 +247,13 @@ impl AvrSelector<'_> {
     }
 
     /// Emits dst := a + b or a - b, or a bitwise operation.
-    fn add_or_subtract(&mut self, (first, further): (Kind, Kind), dst: WordId, a: WordOperand, b: WordOperand) {
+    fn add_or_subtract(
+        &mut self,
+        (first, further): (AvrOpKind, AvrOpKind),
+        dst: WordId,
+        a: WordOperand,
+        b: WordOperand,
+    ) {
         let width = self.bytes(dst);
         let constant = matches!(a, WordOperand::Const(_));
         let home = self.home_registers(dst).filter(|home| b != WordOperand::Cell(dst) && !(constant && home[0] < 16));
@@ -282,13 +288,13 @@ impl AvrSelector<'_> {
         if skipped > 0 {
             for n in 0..width {
                 let from = if n + skipped < width { A[n + skipped] } else { ZERO };
-                self.asm.op(Kind::Mov, &[A[n], from]);
+                self.asm.op(AvrOpKind::Mov, &[A[n], from]);
             }
         }
         for _ in 0..bits {
             for n in (0..width.saturating_sub(skipped)).rev() {
                 let top = n + skipped + 1 == width;
-                self.asm.op(if top { Kind::Lsr } else { Kind::Ror }, &[A[n]]);
+                self.asm.op(if top { AvrOpKind::Lsr } else { AvrOpKind::Ror }, &[A[n]]);
             }
         }
         self.store_registers(dst, A);
@@ -328,14 +334,15 @@ impl AvrSelector<'_> {
         self.load_value(x, width, target);
         match (width, constant) {
             (_, 0) => {}
-            (1, 1) => self.asm.op(Kind::Inc, &[target[0]]),
-            (1, -1) => self.asm.op(Kind::Dec, &[target[0]]),
-            (2, 1..=63) if is_word_add_pair(target[0]) => self.asm.op(Kind::Adiw, &[target[0], constant]),
-            (2, -63..=-1) if is_word_add_pair(target[0]) => self.asm.op(Kind::Sbiw, &[target[0], -constant]),
+            (1, 1) => self.asm.op(AvrOpKind::Inc, &[target[0]]),
+            (1, -1) => self.asm.op(AvrOpKind::Dec, &[target[0]]),
+            (2, 1..=63) if is_word_add_pair(target[0]) => self.asm.op(AvrOpKind::Adiw, &[target[0], constant]),
+            (2, -63..=-1) if is_word_add_pair(target[0]) => self.asm.op(AvrOpKind::Sbiw, &[target[0], -constant]),
             _ => {
                 let constant = constant.wrapping_neg();
                 for (n, &reg) in target.iter().enumerate().take(width) {
-                    self.asm.op(if n == 0 { Kind::Subi } else { Kind::Sbci }, &[reg, constant_byte(constant, n)]);
+                    self.asm
+                        .op(if n == 0 { AvrOpKind::Subi } else { AvrOpKind::Sbci }, &[reg, constant_byte(constant, n)]);
                 }
             }
         }
@@ -361,7 +368,7 @@ impl AvrSelector<'_> {
                 let once = if factor % 2 == 1 { self.other_registers(x, width) } else { A };
                 let double = |this: &mut Self| {
                     for (n, &reg) in A.iter().enumerate().take(width) {
-                        this.asm.op(if n == 0 { Kind::Add } else { Kind::Adc }, &[reg, reg]);
+                        this.asm.op(if n == 0 { AvrOpKind::Add } else { AvrOpKind::Adc }, &[reg, reg]);
                     }
                 };
                 double(self);
@@ -370,7 +377,7 @@ impl AvrSelector<'_> {
                 }
                 if factor % 2 == 1 {
                     for (n, (&reg, &once)) in A.iter().zip(&once).enumerate().take(width) {
-                        self.asm.op(if n == 0 { Kind::Add } else { Kind::Adc }, &[reg, once]);
+                        self.asm.op(if n == 0 { AvrOpKind::Add } else { AvrOpKind::Adc }, &[reg, once]);
                     }
                 }
             }

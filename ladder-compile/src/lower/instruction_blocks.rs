@@ -10,11 +10,11 @@ use super::Lowering;
 use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, WordId, WordOperand};
 
 /// The bits and words of an instance. A part that the block does not have has a cell of its own, unused.
-struct Instance<'a> {
+struct BlockInstance<'a> {
     call: &'a BlockCall,
 }
 
-impl Instance<'_> {
+impl BlockInstance<'_> {
     fn bit(&self, lower: &mut Lowering<'_>, part: &str) -> BitId {
         lower.symbol_bit(&format!("{}.{part}", self.call.instance))
     }
@@ -71,7 +71,7 @@ impl Lowering<'_> {
                 self.push(IrOp::Store { bit: to, negated: false });
             } else {
                 let (from, dst) = (self.word(&output.part.name), self.word(&output.target.name));
-                let src = self.converted(from, &output.part.iec_type, &output.target.iec_type, "output");
+                let src = self.convert_number(from, &output.part.iec_type, &output.target.iec_type, "output");
                 self.push(IrOp::Move { dst, src });
                 if output.negated {
                     self.math(ArithmeticOp::Xor, dst, dst.into(), WordOperand::Const(-1));
@@ -84,7 +84,7 @@ impl Lowering<'_> {
     }
 
     fn execute_block(&mut self, call: &BlockCall) {
-        let instance = Instance { call };
+        let instance = BlockInstance { call };
         match call.block {
             StandardBlock::Ton => self.on_delay(&instance),
             StandardBlock::Tof => self.off_delay(&instance),
@@ -139,17 +139,17 @@ impl Lowering<'_> {
     }
 
     /// S := now.
-    fn start(&mut self, instance: &Instance<'_>) {
+    fn start(&mut self, instance: &BlockInstance<'_>) {
         let (start, now) = (self.start_time(instance), self.now());
         self.assign(start, now);
     }
 
-    fn start_time(&mut self, instance: &Instance<'_>) -> WordId {
+    fn start_time(&mut self, instance: &BlockInstance<'_>) -> WordId {
         self.named_word(&format!("S of {}", instance.call.instance), 4)
     }
 
     /// P: PT, or 0 if PT is negative.
-    fn preset(&mut self, instance: &Instance<'_>) -> WordId {
+    fn preset(&mut self, instance: &BlockInstance<'_>) -> WordId {
         let (preset, given) = (self.temporary("P", 4), instance.word(self, "PT"));
         self.assign(preset, given);
         self.branch_on(CompareOp::Les, preset, 0, |this| this.assign(preset, 0), |_| ());
@@ -160,7 +160,7 @@ impl Lowering<'_> {
     /// from P on. Times from 2^31 on are negative here, and no P is as long.
     fn elapse(
         &mut self,
-        instance: &Instance<'_>,
+        instance: &BlockInstance<'_>,
         more: Option<WordId>,
         before: impl FnOnce(&mut Self),
         over: impl FnOnce(&mut Self),
@@ -189,7 +189,7 @@ impl Lowering<'_> {
         inside.into_iter().for_each(|op| self.push(op));
     }
 
-    fn on_delay(&mut self, instance: &Instance<'_>) {
+    fn on_delay(&mut self, instance: &BlockInstance<'_>) {
         let [input, output] = ["IN", "Q"].map(|part| instance.bit(self, part));
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
         let begin = |this: &mut Self| {
@@ -211,7 +211,7 @@ impl Lowering<'_> {
         self.branch(input, |this| this.branch(memory, run, begin), stop);
     }
 
-    fn off_delay(&mut self, instance: &Instance<'_>) {
+    fn off_delay(&mut self, instance: &BlockInstance<'_>) {
         let [input, output] = ["IN", "Q"].map(|part| instance.bit(self, part));
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
         let on = |this: &mut Self| {
@@ -241,7 +241,7 @@ impl Lowering<'_> {
         self.branch(input, on, |this| this.branch(output, wait, |_| ()));
     }
 
-    fn pulse(&mut self, instance: &Instance<'_>) {
+    fn pulse(&mut self, instance: &BlockInstance<'_>) {
         let [input, output] = ["IN", "Q"].map(|part| instance.bit(self, part));
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
         let run = |this: &mut Self| this.elapse(instance, None, |_| (), |this| this.set(output, false));
@@ -262,7 +262,7 @@ impl Lowering<'_> {
     }
 
     /// ET runs on from where it is; then `M := TRUE, S := now`.
-    fn accumulate(&mut self, instance: &Instance<'_>) {
+    fn accumulate(&mut self, instance: &BlockInstance<'_>) {
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
         self.branch_on(CompareOp::Les, elapsed, 0, |this| this.assign(elapsed, 0), |_| ());
         let run = |this: &mut Self| this.elapse(instance, Some(elapsed), |_| (), |_| ());
@@ -271,7 +271,7 @@ impl Lowering<'_> {
         self.start(instance);
     }
 
-    fn retentive_on_delay(&mut self, instance: &Instance<'_>) {
+    fn retentive_on_delay(&mut self, instance: &BlockInstance<'_>) {
         let [input, reset, output] = ["IN", "R", "Q"].map(|part| instance.bit(self, part));
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
         let clear = |this: &mut Self| {
@@ -287,7 +287,7 @@ impl Lowering<'_> {
         self.branch(reset, clear, |this| this.branch(input, run, |this| this.set(memory, false)));
     }
 
-    fn retentive_off_delay(&mut self, instance: &Instance<'_>) {
+    fn retentive_off_delay(&mut self, instance: &BlockInstance<'_>) {
         let [input, reset, output] = ["IN", "R", "Q"].map(|part| instance.bit(self, part));
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
         let clear = |this: &mut Self| {
@@ -339,7 +339,7 @@ impl Lowering<'_> {
         self.branch_on(op, a, b, |this| this.set(bit, true), |this| this.set(bit, false));
     }
 
-    fn count_up(&mut self, instance: &Instance<'_>) {
+    fn count_up(&mut self, instance: &BlockInstance<'_>) {
         let [input, reset, output] = ["CU", "R", "Q"].map(|part| instance.bit(self, part));
         let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
         let (memory, rises) = (instance.memory(self, "M"), self.named_bit("rises", BitRole::Temporary));
@@ -349,7 +349,7 @@ impl Lowering<'_> {
         self.set_by(output, CompareOp::Geq, count, preset);
     }
 
-    fn count_down(&mut self, instance: &Instance<'_>) {
+    fn count_down(&mut self, instance: &BlockInstance<'_>) {
         let [input, load, output] = ["CD", "LD", "Q"].map(|part| instance.bit(self, part));
         let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
         let (memory, rises) = (instance.memory(self, "M"), self.named_bit("rises", BitRole::Temporary));
@@ -359,7 +359,7 @@ impl Lowering<'_> {
         self.set_by(output, CompareOp::Leq, count, 0);
     }
 
-    fn count_up_and_down(&mut self, instance: &Instance<'_>) {
+    fn count_up_and_down(&mut self, instance: &BlockInstance<'_>) {
         let [up, down, reset, load] = ["CU", "CD", "R", "LD"].map(|part| instance.bit(self, part));
         let [is_up, is_down] = ["QU", "QD"].map(|part| instance.bit(self, part));
         let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
@@ -378,7 +378,7 @@ impl Lowering<'_> {
         self.set_by(is_down, CompareOp::Leq, count, 0);
     }
 
-    fn edge(&mut self, instance: &Instance<'_>) {
+    fn edge(&mut self, instance: &BlockInstance<'_>) {
         let [input, output] = ["CLK", "Q"].map(|part| instance.bit(self, part));
         let memory = instance.memory(self, "M");
         let low = |this: &mut Self| {
@@ -398,7 +398,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn bistable(&mut self, instance: &Instance<'_>) {
+    fn bistable(&mut self, instance: &BlockInstance<'_>) {
         let output = instance.bit(self, "Q1");
         let sets = instance.call.block == StandardBlock::Sr;
         let [first, second] = if sets { ["S1", "R"] } else { ["R1", "S"] }.map(|part| instance.bit(self, part));

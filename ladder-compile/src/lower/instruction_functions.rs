@@ -151,7 +151,7 @@ impl Lowering<'_> {
 
     /// The number of an argument that chooses or counts, in 32 bits with sign; larger numbers are cut to the
     /// largest.
-    fn chooser(&mut self, source: &IlSource, before: Option<&IecType>) -> WordOperand {
+    fn read_selector(&mut self, source: &IlSource, before: Option<&IecType>) -> WordOperand {
         let from = match source {
             IlSource::Constant(value) => {
                 let value = (*value).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
@@ -173,7 +173,13 @@ impl Lowering<'_> {
     }
 
     /// The operations that make a value the current result. Arguments that are the result were stored before.
-    fn taking(&mut self, n: usize, source: &IlSource, before: Option<&IecType>, iec_type: &IecType) -> Vec<IrOp> {
+    fn load_argument_ops(
+        &mut self,
+        n: usize,
+        source: &IlSource,
+        before: Option<&IecType>,
+        iec_type: &IecType,
+    ) -> Vec<IrOp> {
         self.captured(|this| {
             if *iec_type == IecType::Bool {
                 let bit = match source {
@@ -191,8 +197,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// Puts the current result where [`Lowering::taking`] finds it, if it is one of the arguments.
-    fn keep_argument(&mut self, arguments: &[IlSource], before: Option<&IecType>, iec_type: &IecType) {
+    /// Puts the current result where [`Lowering::load_argument_ops`] finds it, if it is one of the arguments.
+    fn save_result_if_argument(&mut self, arguments: &[IlSource], before: Option<&IecType>, iec_type: &IecType) {
         if !arguments.contains(&IlSource::Result) {
             return;
         }
@@ -208,11 +214,12 @@ impl Lowering<'_> {
     }
 
     fn select(&mut self, call: &FunctionCall, before: Option<&IecType>) {
-        let [chooser, zero, one] = call.arguments.as_slice() else { return };
-        self.keep_argument(&[zero.clone(), one.clone()], before, &call.iec_type);
-        let [if_zero, if_one] = [(1, zero), (2, one)].map(|(n, source)| self.taking(n, source, before, &call.iec_type));
+        let [selector, zero, one] = call.arguments.as_slice() else { return };
+        self.save_result_if_argument(&[zero.clone(), one.clone()], before, &call.iec_type);
+        let [if_zero, if_one] =
+            [(1, zero), (2, one)].map(|(n, source)| self.load_argument_ops(n, source, before, &call.iec_type));
         let is_bit = |iec_type: Option<&IecType>| iec_type.is_none_or(|iec_type| *iec_type == IecType::Bool);
-        let cond = match chooser {
+        let cond = match selector {
             IlSource::Constant(value) => {
                 let ops = if *value == 0 { if_zero } else { if_one };
                 return ops.into_iter().for_each(|op| self.push(op));
@@ -222,7 +229,7 @@ impl Lowering<'_> {
             }
             IlSource::Result if is_bit(before) => BranchCondition::Acc,
             source => {
-                let value = self.chooser(source, before);
+                let value = self.read_selector(source, before);
                 let ops = self.if_comparison(CompareOp::Equ, value, WordOperand::Const(0), if_zero, if_one);
                 return ops.into_iter().for_each(|op| self.push(op));
             }
@@ -231,12 +238,12 @@ impl Lowering<'_> {
     }
 
     fn multiplex(&mut self, call: &FunctionCall, before: Option<&IecType>) {
-        let Some((chooser, choices)) = call.arguments.split_first() else { return };
-        self.keep_argument(choices, before, &call.iec_type);
-        let value = self.chooser(chooser, before);
+        let Some((selector, choices)) = call.arguments.split_first() else { return };
+        self.save_result_if_argument(choices, before, &call.iec_type);
+        let value = self.read_selector(selector, before);
         let mut bodies: Vec<Vec<IrOp>> = Vec::new();
         for (n, source) in choices.iter().enumerate() {
-            bodies.push(self.taking(n + 1, source, before, &call.iec_type));
+            bodies.push(self.load_argument_ops(n + 1, source, before, &call.iec_type));
         }
         let Some(mut ops) = bodies.pop() else { return };
         for (n, body) in (0..).zip(bodies).collect::<Vec<(i32, _)>>().into_iter().rev() {
@@ -256,7 +263,7 @@ impl Lowering<'_> {
             IlFunction::RotateLeft => ShiftOp::Rol,
             _ => ShiftOp::Ror,
         };
-        let count = self.chooser(count, before);
+        let count = self.read_selector(count, before);
         if *iec_type == IecType::Bool {
             let bit = self.bit_source(value);
             self.load_bit(bit, false);
@@ -298,7 +305,7 @@ impl Lowering<'_> {
             IlSource::Constant(value) => WordOperand::Const(constant_of(from.wrap(*value), to)),
             other => match self.number(other, before, from, "converted") {
                 WordOperand::Cell(word) if self.ir.bytes(word) == width(from) => {
-                    self.converted(word, from, to, "wider")
+                    self.convert_number(word, from, to, "wider")
                 }
                 value => value,
             },

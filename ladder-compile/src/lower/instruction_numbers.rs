@@ -35,7 +35,7 @@ impl Lowering<'_> {
             }
             IlSource::Symbol(symbol) => {
                 let word = self.word(&symbol.name);
-                self.converted(word, &symbol.iec_type, iec_type, place)
+                self.convert_number(word, &symbol.iec_type, iec_type, place)
             }
             IlSource::Result => match before {
                 None | Some(IecType::Bool) => {
@@ -45,7 +45,7 @@ impl Lowering<'_> {
                 }
                 Some(from) => {
                     let word = self.result_word(width(from));
-                    self.converted(word, from, iec_type, place)
+                    self.convert_number(word, from, iec_type, place)
                 }
             },
         }
@@ -58,7 +58,7 @@ impl Lowering<'_> {
     }
 
     /// A number of one type as a number of another (I1).
-    pub(super) fn converted(&mut self, word: WordId, from: &IecType, to: &IecType, place: &str) -> WordOperand {
+    pub(super) fn convert_number(&mut self, word: WordId, from: &IecType, to: &IecType, place: &str) -> WordOperand {
         let (have, want) = (width(from), width(to));
         if have == want || have < want && from.is_signed() {
             return word.into();
@@ -78,7 +78,7 @@ impl Lowering<'_> {
     }
 
     /// A number with all bits inverted.
-    pub(super) fn complemented(&mut self, value: WordOperand, iec_type: &IecType) -> WordOperand {
+    pub(super) fn complement_number(&mut self, value: WordOperand, iec_type: &IecType) -> WordOperand {
         match value {
             WordOperand::Const(constant) => WordOperand::Const(!constant),
             WordOperand::Cell(_) => {
@@ -120,12 +120,12 @@ impl Lowering<'_> {
 
     /// acc := the comparison of numbers of the type.
     fn compare(&mut self, op: CompareOp, a: WordOperand, b: WordOperand, iec_type: &IecType) {
-        let (a, b) = self.ordered(op, a, b, iec_type);
+        let (a, b) = self.order_as_signed(op, a, b, iec_type);
         self.compare_to_accumulator(op, a, b);
     }
 
     /// Two numbers of the type as numbers with sign that have the same order.
-    fn ordered(
+    fn order_as_signed(
         &mut self,
         op: CompareOp,
         a: WordOperand,
@@ -156,7 +156,7 @@ impl Lowering<'_> {
         iec_type: &IecType,
         [then, otherwise]: [Vec<IrOp>; 2],
     ) {
-        let (a, b) = self.ordered(op, a, b, iec_type);
+        let (a, b) = self.order_as_signed(op, a, b, iec_type);
         let ops = self.if_comparison(op, a, b, then, otherwise);
         ops.into_iter().for_each(|op| self.push(op));
     }
@@ -168,7 +168,7 @@ impl Lowering<'_> {
             (true, bytes) => this.divide_signed(dst, a, b, bytes, remainder),
             (false, 4) => this.divide_unsigned(dst, a, b, remainder),
             (false, bytes) => {
-                let widened = [(a, "dividend"), (b, "divisor")].map(|(value, name)| this.widened(value, bytes, name));
+                let widened = [(a, "dividend"), (b, "divisor")].map(|(value, name)| this.widen(value, bytes, name));
                 let wide = this.temporary("quotient", bytes + 1);
                 this.divide_signed(wide, widened[0], widened[1], bytes + 1, remainder);
                 this.push(IrOp::Move { dst, src: wide.into() });
@@ -189,7 +189,7 @@ impl Lowering<'_> {
     }
 
     /// A number without sign at one byte more.
-    fn widened(&mut self, value: WordOperand, bytes: u8, name: &str) -> WordOperand {
+    fn widen(&mut self, value: WordOperand, bytes: u8, name: &str) -> WordOperand {
         match value {
             WordOperand::Const(constant) => WordOperand::Const(constant & ((1 << (8 * bytes)) - 1)),
             WordOperand::Cell(_) => {

@@ -35,6 +35,7 @@ struct NetworkStart {
 }
 
 impl InstructionState {
+    /// The state at the start of a program.
     pub(super) fn new(program: &LadderProgram) -> InstructionState {
         let mut state = InstructionState::default();
         let lines: Vec<(ElementId, &IlStep)> = program
@@ -85,7 +86,9 @@ pub(super) fn constant_of(value: i64, iec_type: &IecType) -> i32 {
 /// A bit: of a cell, or known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BitSource {
+    /// The bit of a cell.
     Cell(BitId),
+    /// A constant.
     Known(bool),
 }
 
@@ -115,7 +118,7 @@ impl Lowering<'_> {
             IlAction::Binary { operator, negated, source, iec_type } => {
                 let mut value = self.number(source, before, iec_type, "operand");
                 if *negated {
-                    value = self.complemented(value, iec_type);
+                    value = self.complement_number(value, iec_type);
                 }
                 let dst = self.take_result(before, iec_type);
                 self.combine(*operator, dst, dst.into(), value, iec_type);
@@ -165,7 +168,7 @@ impl Lowering<'_> {
             self.push(IrOp::Store { bit, negated: false });
         } else if let Some(from) = from.filter(|from| **from != IecType::Bool && width(from) != width(&to)) {
             let (word, dst) = (self.result_word(width(from)), self.result_word(width(&to)));
-            let src = self.converted(word, from, &to, "left");
+            let src = self.convert_number(word, from, &to, "left");
             self.push(IrOp::Move { dst, src });
         }
     }
@@ -233,6 +236,7 @@ impl Lowering<'_> {
         self.temporary("current result", bytes)
     }
 
+    /// dst := a op b. `dst` may be `a`.
     pub(super) fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
         self.push(IrOp::Math { op, dst, a, b });
     }
@@ -405,7 +409,7 @@ impl Lowering<'_> {
         let dst = self.result_word(width(iec_type));
         let Some(saved) = saved.filter(|saved| *saved != IecType::Bool) else { return };
         let cell = self.temporary(&name, width(&saved));
-        let left = self.converted(cell, &saved, iec_type, "taken");
+        let left = self.convert_number(cell, &saved, iec_type, "taken");
         self.combine(operator, dst, left, right.into(), iec_type);
     }
 

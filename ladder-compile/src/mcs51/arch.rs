@@ -1,6 +1,6 @@
 //! The 8051 as a target of the code writer: encoding, control flow, and forms of jumps by reach.
 
-use emu_8051::isa::{self, Kind, ROWS};
+use emu_8051::isa::{self, Mcs51OpKind, ROWS};
 
 use crate::CodegenError;
 use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
@@ -17,7 +17,7 @@ pub enum Mcs51Jump {
     /// A call: ACALL or LCALL.
     Call,
     /// A conditional jump, with its operands before the target and their number.
-    Conditional(Kind, [i32; 2], usize),
+    Conditional(Mcs51OpKind, [i32; 2], usize),
     /// Not a jump: DPTR := the address of the label.
     LoadAddress,
 }
@@ -25,32 +25,33 @@ pub enum Mcs51Jump {
 impl Mcs51Jump {
     /// Creates a conditional jump with at most two operands before its target.
     #[must_use]
-    pub fn conditional(kind: Kind, operands: &[i32]) -> Mcs51Jump {
+    pub fn conditional(kind: Mcs51OpKind, operands: &[i32]) -> Mcs51Jump {
         let at = |n: usize| operands.get(n).copied().unwrap_or(0);
         Mcs51Jump::Conditional(kind, [at(0), at(1)], operands.len().min(2))
     }
 }
 
 /// The conditional jump on the opposite condition, if there is one.
-fn opposite(kind: Kind) -> Option<Kind> {
-    const PAIRS: [(Kind, Kind); 3] = [(Kind::Jc, Kind::Jnc), (Kind::Jb, Kind::Jnb), (Kind::Jz, Kind::Jnz)];
+fn opposite(kind: Mcs51OpKind) -> Option<Mcs51OpKind> {
+    const PAIRS: [(Mcs51OpKind, Mcs51OpKind); 3] =
+        [(Mcs51OpKind::Jc, Mcs51OpKind::Jnc), (Mcs51OpKind::Jb, Mcs51OpKind::Jnb), (Mcs51OpKind::Jz, Mcs51OpKind::Jnz)];
     PAIRS.iter().find_map(|&(a, b)| if a == kind { Some(b) } else { (b == kind).then_some(a) })
 }
 
 /// An instruction with a target. Addresses wrap, because programs beyond 64 KB are refused only when
 /// finished.
-fn jump_instruction(kind: Kind, operands: &[i32], target: u32) -> FormInstruction<Kind> {
+fn jump_instruction(kind: Mcs51OpKind, operands: &[i32], target: u32) -> FormInstruction<Mcs51OpKind> {
     let operands = operands.iter().copied().chain([(target & 0xFFFF) as i32]).collect();
     FormInstruction { kind, operands, target: Some(target) }
 }
 
 /// A jump at `at`: relative, within the page, or absolute by `level`; `None` if it does not reach.
-fn shortest_jump(level: u8, at: u32, target: u32) -> Option<FormInstruction<Kind>> {
+fn shortest_jump(level: u8, at: u32, target: u32) -> Option<FormInstruction<Mcs51OpKind>> {
     let next = at + 2;
     match level {
-        0 => is_short_reachable(next, target).then(|| jump_instruction(Kind::Sjmp, &[], target)),
-        1 => (next >> 11 == target >> 11).then(|| jump_instruction(Kind::Ajmp, &[], target)),
-        _ => Some(jump_instruction(Kind::Ljmp, &[], target)),
+        0 => is_short_reachable(next, target).then(|| jump_instruction(Mcs51OpKind::Sjmp, &[], target)),
+        1 => (next >> 11 == target >> 11).then(|| jump_instruction(Mcs51OpKind::Ajmp, &[], target)),
+        _ => Some(jump_instruction(Mcs51OpKind::Ljmp, &[], target)),
     }
 }
 
@@ -59,27 +60,27 @@ fn is_short_reachable(next: u32, target: u32) -> bool {
 }
 
 impl TargetArch for Mcs51Arch {
-    type Opcode = Kind;
+    type Opcode = Mcs51OpKind;
     type JumpForm = Mcs51Jump;
 
-    fn instruction_words(&self, kind: Kind) -> u32 {
+    fn instruction_words(&self, kind: Mcs51OpKind) -> u32 {
         ROWS.get(kind as usize).map_or(1, |row| row.len())
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError> {
+    fn encode(&self, kind: Mcs51OpKind, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError> {
         let bytes = isa::encode(kind, operands, at & 0xFFFF)?;
         Ok(bytes.into_iter().map(u16::from).collect())
     }
 
-    fn jump_form(&self, jump: Mcs51Jump, level: u8, at: u32, target: u32) -> Option<Vec<FormInstruction<Kind>>> {
+    fn jump_form(&self, jump: Mcs51Jump, level: u8, at: u32, target: u32) -> Option<Vec<FormInstruction<Mcs51OpKind>>> {
         match (jump, level) {
             (Mcs51Jump::Unconditional, level) => shortest_jump(level, at, target).map(|step| vec![step]),
             (Mcs51Jump::Call, 0) => {
-                ((at + 2) >> 11 == target >> 11).then(|| vec![jump_instruction(Kind::Acall, &[], target)])
+                ((at + 2) >> 11 == target >> 11).then(|| vec![jump_instruction(Mcs51OpKind::Acall, &[], target)])
             }
-            (Mcs51Jump::Call, _) => Some(vec![jump_instruction(Kind::Lcall, &[], target)]),
+            (Mcs51Jump::Call, _) => Some(vec![jump_instruction(Mcs51OpKind::Lcall, &[], target)]),
             (Mcs51Jump::LoadAddress, _) => Some(vec![FormInstruction {
-                kind: Kind::MovDptr,
+                kind: Mcs51OpKind::MovDptr,
                 operands: vec![(target & 0xFFFF) as i32],
                 target: None,
             }]),
@@ -99,13 +100,17 @@ impl TargetArch for Mcs51Arch {
                 // that.
                 let far = shortest_jump(level, at + len + 2, target)?;
                 let over = at + len + 2 + self.instruction_words(far.kind);
-                Some(vec![jump_instruction(kind, operands, at + len + 2), jump_instruction(Kind::Sjmp, &[], over), far])
+                Some(vec![
+                    jump_instruction(kind, operands, at + len + 2),
+                    jump_instruction(Mcs51OpKind::Sjmp, &[], over),
+                    far,
+                ])
             }
         }
     }
 
-    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
-        use Kind::{
+    fn flow_and_cycles(&self, kind: Mcs51OpKind) -> (ControlFlow, CycleCounts) {
+        use Mcs51OpKind::{
             Acall, Ajmp, CjneDir, CjneImm, CjneInd, CjneReg, DjnzDir, DjnzReg, Jb, Jbc, Jc, Jnb, Jnc, Jnz, Jz, Lcall,
             Ljmp, Ret, Sjmp,
         };

@@ -1,7 +1,7 @@
 //! Selects instructions for bits: the accumulator and bit cells.
 
 use super::registers::ByteBit;
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::known_state::{AccumulatorState, BitSource, ByteOperand};
 use super::registers::{ACC, B, F0};
@@ -29,7 +29,7 @@ impl Mcs51Selector<'_> {
             }
             (_, _, Some((flag, negated))) => {
                 let at = self.load_flag(flag);
-                self.emit(Kind::MovCBit, &[at]);
+                self.emit(Mcs51OpKind::MovCBit, &[at]);
                 self.state.carry = None;
                 negated
             }
@@ -44,7 +44,7 @@ impl Mcs51Selector<'_> {
         if let (None, Some(value)) = (self.state.in_carry(), self.state.acc.known) {
             self.set_carry(value ^ inverted);
         } else if self.acc_to_carry() != inverted {
-            self.emit(Kind::CplC, &[]);
+            self.emit(Mcs51OpKind::CplC, &[]);
             self.state.carry = self.state.carry.map(|value| !value);
         }
         self.state.acc.carry = Some(inverted);
@@ -52,7 +52,7 @@ impl Mcs51Selector<'_> {
 
     /// Emits carry := constant.
     pub(super) fn set_carry(&mut self, value: bool) {
-        self.emit(if value { Kind::SetbC } else { Kind::ClrC }, &[]);
+        self.emit(if value { Mcs51OpKind::SetbC } else { Mcs51OpKind::ClrC }, &[]);
         self.state.carry = Some(value);
     }
 
@@ -62,7 +62,7 @@ impl Mcs51Selector<'_> {
             && self.state.only_in_carry()
             && let Some(inverted) = self.state.acc.carry
         {
-            self.emit(Kind::MovBitC, &[F0]);
+            self.emit(Mcs51OpKind::MovBitC, &[F0]);
             self.state.acc.flag = Some((BitSource::Saved, inverted));
         }
         self.state.acc.carry = None;
@@ -88,7 +88,7 @@ impl Mcs51Selector<'_> {
                     (true, true) => (first, (flag, true), true),
                 };
                 let at = self.load_flag(loaded);
-                self.emit(Kind::MovCBit, &[at]);
+                self.emit(Mcs51OpKind::MovCBit, &[at]);
                 return self.combine_carry(joined.0, joined.1, inverted, and);
             }
             _ => false,
@@ -102,10 +102,10 @@ impl Mcs51Selector<'_> {
     fn combine_carry(&mut self, flag: BitSource, negated: bool, inverted: bool, and: bool) {
         let at = self.load_flag(flag);
         let kind = match (inverted, negated) {
-            (false, false) => Kind::AnlC,
-            (false, true) => Kind::AnlCNot,
-            (true, true) => Kind::OrlC,
-            (true, false) => Kind::OrlCNot,
+            (false, false) => Mcs51OpKind::AnlC,
+            (false, true) => Mcs51OpKind::AnlCNot,
+            (true, true) => Mcs51OpKind::OrlC,
+            (true, false) => Mcs51OpKind::OrlCNot,
         };
         self.emit(kind, &[at]);
         self.state.carry = None;
@@ -141,11 +141,11 @@ impl Mcs51Selector<'_> {
     fn write_carry(&mut self, bit: BitId) {
         let ByteBit { byte, bit: n } = self.layout.bit(bit);
         if let Some(at) = own_address(byte, n) {
-            self.emit(Kind::MovBitC, &[at]);
+            self.emit(Mcs51OpKind::MovBitC, &[at]);
             self.invalidate(byte);
         } else {
             self.load(ByteOperand::At(byte));
-            self.emit(Kind::MovBitC, &[ACC + i32::from(n)]);
+            self.emit(Mcs51OpKind::MovBitC, &[ACC + i32::from(n)]);
             self.state.a = None;
             self.save(byte);
         }
@@ -155,17 +155,17 @@ impl Mcs51Selector<'_> {
     pub(super) fn write_constant(&mut self, bit: BitId, value: bool) {
         let ByteBit { byte, bit: n } = self.layout.bit(bit);
         if let Some(at) = own_address(byte, n) {
-            self.emit(if value { Kind::SetbBit } else { Kind::ClrBit }, &[at]);
+            self.emit(if value { Mcs51OpKind::SetbBit } else { Mcs51OpKind::ClrBit }, &[at]);
             self.invalidate(byte);
             return;
         }
         let mask = if value { 1 << n } else { 0xFF ^ (1 << n) };
         if byte < 0x80 {
-            self.emit(if value { Kind::OrlDirImm } else { Kind::AnlDirImm }, &[byte.into(), mask]);
+            self.emit(if value { Mcs51OpKind::OrlDirImm } else { Mcs51OpKind::AnlDirImm }, &[byte.into(), mask]);
             self.invalidate(byte);
         } else {
             self.load(ByteOperand::At(byte));
-            self.emit(if value { Kind::OrlImm } else { Kind::AnlImm }, &[mask]);
+            self.emit(if value { Mcs51OpKind::OrlImm } else { Mcs51OpKind::AnlImm }, &[mask]);
             self.state.a = None;
             self.save(byte);
         }
@@ -181,12 +181,12 @@ impl Mcs51Selector<'_> {
         let old = if own_address(byte, n).is_some() {
             ACC
         } else {
-            self.emit(Kind::MovDirA, &[B]);
+            self.emit(Mcs51OpKind::MovDirA, &[B]);
             B
         };
         self.write_carry(bit);
         // Rising: input and not old. Falling: not (input or not old).
-        self.emit(if rising { Kind::AnlCNot } else { Kind::OrlCNot }, &[old + i32::from(n)]);
+        self.emit(if rising { Mcs51OpKind::AnlCNot } else { Mcs51OpKind::OrlCNot }, &[old + i32::from(n)]);
         self.state.carry = None;
         self.state.acc = AccumulatorState { carry: Some(!rising), ..AccumulatorState::default() };
     }
@@ -195,17 +195,17 @@ impl Mcs51Selector<'_> {
     pub(super) fn logic(&mut self, dst: BitId, is: LogicOp) {
         let (a, b) = match is {
             LogicOp::Copy(a) | LogicOp::Not(a) => (a, None),
-            LogicOp::And(a, b) => (a, Some((Kind::AnlC, b))),
-            LogicOp::Or(a, b) => (a, Some((Kind::OrlC, b))),
+            LogicOp::And(a, b) => (a, Some((Mcs51OpKind::AnlC, b))),
+            LogicOp::Or(a, b) => (a, Some((Mcs51OpKind::OrlC, b))),
         };
         let at = self.load_flag(BitSource::Cell(a));
-        self.emit(Kind::MovCBit, &[at]);
+        self.emit(Mcs51OpKind::MovCBit, &[at]);
         if let Some((kind, b)) = b {
             let at = self.load_flag(BitSource::Cell(b));
             self.emit(kind, &[at]);
         }
         if matches!(is, LogicOp::Not(_)) {
-            self.emit(Kind::CplC, &[]);
+            self.emit(Mcs51OpKind::CplC, &[]);
         }
         self.write_carry(dst);
         (self.state.carry, self.state.acc) = (None, AccumulatorState::default());

@@ -1,7 +1,7 @@
 //! Selects conditional branches and joins the known state of both paths.
 
 use super::compare::BranchStates;
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::Mcs51Jump;
 use super::known_state::{AccumulatorState, BitSource, SelectorState, reads_accumulator};
@@ -96,12 +96,12 @@ impl Mcs51Selector<'_> {
         let (on, off) = if let (true, Some(inverted)) = (is_acc, self.state.in_carry()) {
             // The condition is the carry, complemented if `flips`.
             let flips = inverted ^ (cond != BranchCondition::Acc && complemented(&self.state));
-            self.jump(if holds ^ flips { Kind::Jnc } else { Kind::Jc }, &[], other);
+            self.jump(if holds ^ flips { Mcs51OpKind::Jnc } else { Mcs51OpKind::Jc }, &[], other);
             let carry = |value: bool| SelectorState { carry: Some(value ^ flips), ..self.state };
             (wanted(carry(holds), holds), wanted(carry(!holds), !holds))
         } else {
             let at = flag.map_or(F0, |flag| self.load_flag(flag));
-            self.jump(if holds ^ negated { Kind::Jnb } else { Kind::Jb }, &[at], other);
+            self.jump(if holds ^ negated { Mcs51OpKind::Jnb } else { Mcs51OpKind::Jb }, &[at], other);
             (wanted(self.state, holds), wanted(self.state, !holds))
         };
         if live { (on, off) } else { (without_acc(on), without_acc(off)) }

@@ -1,6 +1,6 @@
 //! Selects loads, stores and arithmetic of bytes by addressing mode, using what A and R0 are known to hold.
 
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::known_state::ByteOperand;
 use super::registers::{ACC, B};
@@ -25,14 +25,14 @@ pub(super) enum AluOp {
 
 impl AluOp {
     /// Instructions with a register, a direct byte, RAM through R0, a constant.
-    const fn kinds(self) -> [Kind; 4] {
+    const fn kinds(self) -> [Mcs51OpKind; 4] {
         match self {
-            AluOp::Add => [Kind::AddReg, Kind::AddDir, Kind::AddInd, Kind::AddImm],
-            AluOp::Addc => [Kind::AddcReg, Kind::AddcDir, Kind::AddcInd, Kind::AddcImm],
-            AluOp::Subb => [Kind::SubbReg, Kind::SubbDir, Kind::SubbInd, Kind::SubbImm],
-            AluOp::Anl => [Kind::AnlReg, Kind::AnlDir, Kind::AnlInd, Kind::AnlImm],
-            AluOp::Orl => [Kind::OrlReg, Kind::OrlDir, Kind::OrlInd, Kind::OrlImm],
-            AluOp::Xrl => [Kind::XrlReg, Kind::XrlDir, Kind::XrlInd, Kind::XrlImm],
+            AluOp::Add => [Mcs51OpKind::AddReg, Mcs51OpKind::AddDir, Mcs51OpKind::AddInd, Mcs51OpKind::AddImm],
+            AluOp::Addc => [Mcs51OpKind::AddcReg, Mcs51OpKind::AddcDir, Mcs51OpKind::AddcInd, Mcs51OpKind::AddcImm],
+            AluOp::Subb => [Mcs51OpKind::SubbReg, Mcs51OpKind::SubbDir, Mcs51OpKind::SubbInd, Mcs51OpKind::SubbImm],
+            AluOp::Anl => [Mcs51OpKind::AnlReg, Mcs51OpKind::AnlDir, Mcs51OpKind::AnlInd, Mcs51OpKind::AnlImm],
+            AluOp::Orl => [Mcs51OpKind::OrlReg, Mcs51OpKind::OrlDir, Mcs51OpKind::OrlInd, Mcs51OpKind::OrlImm],
+            AluOp::Xrl => [Mcs51OpKind::XrlReg, Mcs51OpKind::XrlDir, Mcs51OpKind::XrlInd, Mcs51OpKind::XrlImm],
         }
     }
 }
@@ -57,9 +57,9 @@ impl Mcs51Selector<'_> {
             ByteOperand::At(at) => {
                 match self.state.r0 {
                     Some(there) if there == at => {}
-                    Some(before) if before.wrapping_add(1) == at => self.emit(Kind::IncReg, &[0]),
-                    Some(behind) if behind.wrapping_sub(1) == at => self.emit(Kind::DecReg, &[0]),
-                    _ => self.emit(Kind::MovRegImm, &[0, at.into()]),
+                    Some(before) if before.wrapping_add(1) == at => self.emit(Mcs51OpKind::IncReg, &[0]),
+                    Some(behind) if behind.wrapping_sub(1) == at => self.emit(Mcs51OpKind::DecReg, &[0]),
+                    _ => self.emit(Mcs51OpKind::MovRegImm, &[0, at.into()]),
                 }
                 self.state.r0 = Some(at);
                 AddressingMode::Ind
@@ -73,11 +73,11 @@ impl Mcs51Selector<'_> {
             return;
         }
         match self.addressing_mode(byte) {
-            AddressingMode::Reg(r) => self.emit(Kind::MovAReg, &[r]),
-            AddressingMode::Dir(at) => self.emit(Kind::MovADir, &[at]),
-            AddressingMode::Ind => self.emit(Kind::MovAInd, &[0]),
-            AddressingMode::Imm(0) => self.emit(Kind::ClrA, &[]),
-            AddressingMode::Imm(value) => self.emit(Kind::MovAImm, &[value]),
+            AddressingMode::Reg(r) => self.emit(Mcs51OpKind::MovAReg, &[r]),
+            AddressingMode::Dir(at) => self.emit(Mcs51OpKind::MovADir, &[at]),
+            AddressingMode::Ind => self.emit(Mcs51OpKind::MovAInd, &[0]),
+            AddressingMode::Imm(0) => self.emit(Mcs51OpKind::ClrA, &[]),
+            AddressingMode::Imm(value) => self.emit(Mcs51OpKind::MovAImm, &[value]),
         }
         self.state.a = (!matches!(byte, ByteOperand::Sfr(_))).then_some(byte);
     }
@@ -100,9 +100,9 @@ impl Mcs51Selector<'_> {
     /// RAM at `at` := A.
     pub(super) fn save(&mut self, at: u8) {
         match self.addressing_mode(ByteOperand::At(at)) {
-            AddressingMode::Reg(r) => self.emit(Kind::MovRegA, &[r]),
-            AddressingMode::Ind => self.emit(Kind::MovIndA, &[0]),
-            _ => self.emit(Kind::MovDirA, &[at.into()]),
+            AddressingMode::Reg(r) => self.emit(Mcs51OpKind::MovRegA, &[r]),
+            AddressingMode::Ind => self.emit(Mcs51OpKind::MovIndA, &[0]),
+            _ => self.emit(Mcs51OpKind::MovDirA, &[at.into()]),
         }
         if !matches!(self.state.a, Some(ByteOperand::Imm(_))) {
             self.state.a = Some(ByteOperand::At(at));
@@ -125,14 +125,14 @@ impl Mcs51Selector<'_> {
             return self.save(at);
         }
         let kind = match (byte, at) {
-            (ByteOperand::Imm(_), 0..8) => Kind::MovRegImm,
-            (ByteOperand::Imm(_), 8..0x80) => Kind::MovDirImm,
-            (ByteOperand::Imm(_), _) => Kind::MovIndImm,
-            (ByteOperand::At(0..0x80) | ByteOperand::Sfr(_), 0..8) => Kind::MovRegDir,
-            (ByteOperand::At(0..8), 8..0x80) => Kind::MovDirReg,
-            (ByteOperand::At(8..0x80) | ByteOperand::Sfr(_), 8..0x80) => Kind::MovDirDir,
-            (ByteOperand::At(0..0x80) | ByteOperand::Sfr(_), _) => Kind::MovIndDir,
-            (ByteOperand::At(_), 8..0x80) => Kind::MovDirInd,
+            (ByteOperand::Imm(_), 0..8) => Mcs51OpKind::MovRegImm,
+            (ByteOperand::Imm(_), 8..0x80) => Mcs51OpKind::MovDirImm,
+            (ByteOperand::Imm(_), _) => Mcs51OpKind::MovIndImm,
+            (ByteOperand::At(0..0x80) | ByteOperand::Sfr(_), 0..8) => Mcs51OpKind::MovRegDir,
+            (ByteOperand::At(0..8), 8..0x80) => Mcs51OpKind::MovDirReg,
+            (ByteOperand::At(8..0x80) | ByteOperand::Sfr(_), 8..0x80) => Mcs51OpKind::MovDirDir,
+            (ByteOperand::At(0..0x80) | ByteOperand::Sfr(_), _) => Mcs51OpKind::MovIndDir,
+            (ByteOperand::At(_), 8..0x80) => Mcs51OpKind::MovDirInd,
             (ByteOperand::At(_), _) => {
                 self.load(byte);
                 return self.save(at);
@@ -151,8 +151,8 @@ impl Mcs51Selector<'_> {
             ByteOperand::Sfr(sfr) => sfr,
         };
         match kind {
-            Kind::MovDirInd => self.emit(kind, &[at.into(), 0]),
-            Kind::MovIndImm | Kind::MovIndDir => self.emit(kind, &[0, from]),
+            Mcs51OpKind::MovDirInd => self.emit(kind, &[at.into(), 0]),
+            Mcs51OpKind::MovIndImm | Mcs51OpKind::MovIndDir => self.emit(kind, &[0, from]),
             _ => self.emit(kind, &[at.into(), from]),
         }
         self.invalidate(at);
@@ -161,37 +161,37 @@ impl Mcs51Selector<'_> {
     /// A special function register := byte.
     pub(super) fn copy_sfr(&mut self, sfr: i32, byte: ByteOperand) {
         if self.state.a == Some(byte) {
-            return self.emit(Kind::MovDirA, &[sfr]);
+            return self.emit(Mcs51OpKind::MovDirA, &[sfr]);
         }
         match self.addressing_mode(byte) {
-            AddressingMode::Reg(r) => self.emit(Kind::MovDirReg, &[sfr, r]),
-            AddressingMode::Dir(at) => self.emit(Kind::MovDirDir, &[sfr, at]),
-            AddressingMode::Ind => self.emit(Kind::MovDirInd, &[sfr, 0]),
-            AddressingMode::Imm(value) => self.emit(Kind::MovDirImm, &[sfr, value]),
+            AddressingMode::Reg(r) => self.emit(Mcs51OpKind::MovDirReg, &[sfr, r]),
+            AddressingMode::Dir(at) => self.emit(Mcs51OpKind::MovDirDir, &[sfr, at]),
+            AddressingMode::Ind => self.emit(Mcs51OpKind::MovDirInd, &[sfr, 0]),
+            AddressingMode::Imm(value) => self.emit(Mcs51OpKind::MovDirImm, &[sfr, value]),
         }
     }
 
     /// Increments or decrements a byte of RAM; no flag changes.
     pub(super) fn step_byte(&mut self, at: u8, up: bool) {
         match self.addressing_mode(ByteOperand::At(at)) {
-            AddressingMode::Reg(r) => self.emit(if up { Kind::IncReg } else { Kind::DecReg }, &[r]),
-            AddressingMode::Ind => self.emit(if up { Kind::IncInd } else { Kind::DecInd }, &[0]),
-            _ => self.emit(if up { Kind::IncDir } else { Kind::DecDir }, &[at.into()]),
+            AddressingMode::Reg(r) => self.emit(if up { Mcs51OpKind::IncReg } else { Mcs51OpKind::DecReg }, &[r]),
+            AddressingMode::Ind => self.emit(if up { Mcs51OpKind::IncInd } else { Mcs51OpKind::DecInd }, &[0]),
+            _ => self.emit(if up { Mcs51OpKind::IncDir } else { Mcs51OpKind::DecDir }, &[at.into()]),
         }
         self.invalidate(at);
     }
 
     /// A := FFh if bit 7 of A is 1, else 0. Changes the carry.
     pub(super) fn sign_of_a(&mut self) {
-        self.emit(Kind::RlcA, &[]);
-        self.emit(Kind::SubbDir, &[ACC]);
+        self.emit(Mcs51OpKind::RlcA, &[]);
+        self.emit(Mcs51OpKind::SubbDir, &[ACC]);
         (self.state.a, self.state.carry) = (None, None);
     }
 
     /// B:A := A * byte.
     pub(super) fn multiply_byte(&mut self, byte: ByteOperand) {
         self.copy_sfr(B, byte);
-        self.emit(Kind::MulAb, &[]);
+        self.emit(Mcs51OpKind::MulAb, &[]);
         (self.state.a, self.state.carry) = (None, Some(false));
     }
 }

@@ -1,7 +1,7 @@
 //! Selects comparisons of integers: as jumps, and as a bit combined with the accumulator.
 
 use super::word_ops::BytePair;
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::Mcs51Jump;
 use super::byte_ops::AluOp;
@@ -61,17 +61,17 @@ impl Mcs51Selector<'_> {
                 let jumps_if_less = (compare.rel == RelationOp::Lt) == when;
                 if compare.b == WordOperand::Const(0) {
                     self.load_sign_byte(compare.a);
-                    self.jump(if jumps_if_less { Kind::Jb } else { Kind::Jnb }, &[ACC + 7], to);
+                    self.jump(if jumps_if_less { Mcs51OpKind::Jb } else { Mcs51OpKind::Jnb }, &[ACC + 7], to);
                     return BranchStates::same(self.state);
                 }
                 self.save_carry(keep);
                 if let WordOperand::Cell(_) = compare.b {
                     self.difference_sign(compare, width);
-                    self.jump(if jumps_if_less { Kind::Jb } else { Kind::Jnb }, &[ACC + 7], to);
+                    self.jump(if jumps_if_less { Mcs51OpKind::Jb } else { Mcs51OpKind::Jnb }, &[ACC + 7], to);
                     return BranchStates::same(self.state);
                 }
                 let inverted = self.compare_less(compare);
-                self.jump(if jumps_if_less ^ inverted { Kind::Jc } else { Kind::Jnc }, &[], to);
+                self.jump(if jumps_if_less ^ inverted { Mcs51OpKind::Jc } else { Mcs51OpKind::Jnc }, &[], to);
                 let with = |less: bool| SelectorState { carry: Some(less ^ inverted), ..self.state };
                 BranchStates { on: with(!jumps_if_less), jump: with(jumps_if_less) }
             }
@@ -102,7 +102,7 @@ impl Mcs51Selector<'_> {
                 None => rest.pop().into_iter().for_each(|a| self.load(a)),
             }
             rest.into_iter().for_each(|a| self.alu(AluOp::Orl, a));
-            return self.jump(if if_equal { Kind::Jz } else { Kind::Jnz }, &[], to);
+            return self.jump(if if_equal { Mcs51OpKind::Jz } else { Mcs51OpKind::Jnz }, &[], to);
         }
         let skip = self.asm.new_label();
         let differs = if if_equal { skip } else { to };
@@ -112,7 +112,7 @@ impl Mcs51Selector<'_> {
             if (last && if_equal) || keep || (constant(&a) && constant(&b)) {
                 self.load(a);
                 self.alu(AluOp::Xrl, b);
-                let kind = if last && if_equal { Kind::Jz } else { Kind::Jnz };
+                let kind = if last && if_equal { Mcs51OpKind::Jz } else { Mcs51OpKind::Jnz };
                 self.jump(kind, &[], if last && if_equal { to } else { differs });
             } else {
                 self.jump_if_different(a, b, differs);
@@ -127,24 +127,24 @@ impl Mcs51Selector<'_> {
     fn jump_if_different(&mut self, a: ByteOperand, b: ByteOperand, to: CodeLabel) {
         match (a, b) {
             (ByteOperand::At(at @ 0..8), ByteOperand::Imm(value)) if self.state.a != Some(a) => {
-                self.jump(Kind::CjneReg, &[at.into(), value.into()], to);
+                self.jump(Mcs51OpKind::CjneReg, &[at.into(), value.into()], to);
             }
             (_, ByteOperand::Imm(value)) => {
                 self.load(a);
-                self.jump(Kind::CjneImm, &[value.into()], to);
+                self.jump(Mcs51OpKind::CjneImm, &[value.into()], to);
             }
             (_, ByteOperand::At(at @ 0..0x80)) => {
                 self.load(a);
-                self.jump(Kind::CjneDir, &[at.into()], to);
+                self.jump(Mcs51OpKind::CjneDir, &[at.into()], to);
             }
             (_, ByteOperand::Sfr(at)) => {
                 self.load(a);
-                self.jump(Kind::CjneDir, &[at], to);
+                self.jump(Mcs51OpKind::CjneDir, &[at], to);
             }
             _ => {
                 self.load(a);
                 self.alu(AluOp::Xrl, b);
-                self.jump(Kind::Jnz, &[], to);
+                self.jump(Mcs51OpKind::Jnz, &[], to);
             }
         }
         self.state.carry = None;
@@ -156,13 +156,13 @@ impl Mcs51Selector<'_> {
         for (n, BytePair { left: a, right: b }) in pairs.into_iter().enumerate() {
             self.load(a);
             if n == 0 && self.state.carry != Some(false) {
-                self.emit(Kind::ClrC, &[]);
+                self.emit(Mcs51OpKind::ClrC, &[]);
             }
             self.alu(AluOp::Subb, b);
         }
         let right = self.asm.new_label();
-        self.jump(Kind::Jnb, &[OV], right);
-        self.emit(Kind::CplA, &[]);
+        self.jump(Mcs51OpKind::Jnb, &[OV], right);
+        self.emit(Mcs51OpKind::CplA, &[]);
         self.place(right);
     }
 
@@ -172,13 +172,13 @@ impl Mcs51Selector<'_> {
         match compare.b {
             WordOperand::Const(0) => {
                 self.load_sign_byte(compare.a);
-                self.emit(Kind::MovCBit, &[ACC + 7]);
+                self.emit(Mcs51OpKind::MovCBit, &[ACC + 7]);
                 self.state.carry = None;
                 false
             }
             WordOperand::Cell(_) => {
                 self.difference_sign(compare, width);
-                self.emit(Kind::RlcA, &[]);
+                self.emit(Mcs51OpKind::RlcA, &[]);
                 (self.state.a, self.state.carry) = (None, None);
                 false
             }
@@ -234,7 +234,7 @@ impl Mcs51Selector<'_> {
         // False stays false; otherwise the comparison decides.
         let over = self.asm.new_label();
         self.acc_to_carry_as(inverted);
-        self.jump(if inverted { Kind::Jc } else { Kind::Jnc }, &[], over);
+        self.jump(if inverted { Mcs51OpKind::Jc } else { Mcs51OpKind::Jnc }, &[], over);
         let before = self.state;
         self.compare_less(compare);
         self.place(over);
@@ -250,7 +250,7 @@ impl Mcs51Selector<'_> {
         let certain = self.state.acc.known.is_some();
         let inverted = self.acc_to_carry();
         if !certain {
-            self.jump(if inverted { Kind::Jc } else { Kind::Jnc }, &[], end);
+            self.jump(if inverted { Mcs51OpKind::Jc } else { Mcs51OpKind::Jnc }, &[], end);
         }
         let width = self.compare_width(compare);
         // Sign-extending a narrow operand destroys the carry, which is then set on both paths.

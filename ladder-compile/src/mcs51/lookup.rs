@@ -1,6 +1,6 @@
 //! Selects table look-ups and operations of the serial line.
 
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::Mcs51Jump;
 use super::byte_ops::AluOp;
@@ -40,11 +40,11 @@ impl Mcs51Selector<'_> {
                 for (half, index) in [(DPL, None), (DPL + 1, Some(ByteOperand::Sfr(B)))] {
                     index.into_iter().for_each(|index| self.load(index));
                     self.alu(if index.is_some() { AluOp::Addc } else { AluOp::Add }, ByteOperand::Sfr(half));
-                    self.emit(Kind::MovDirA, &[half]);
+                    self.emit(Mcs51OpKind::MovDirA, &[half]);
                 }
                 self.load(ByteOperand::Imm(0));
             }
-            self.emit(Kind::MovcDptr, &[]);
+            self.emit(Mcs51OpKind::MovcDptr, &[]);
             self.state.a = None;
             self.save(at + n);
         }
@@ -70,8 +70,8 @@ impl Mcs51Selector<'_> {
         self.send_labels.push(here);
         if self.must_wait_for_transmitter {
             let sent = self.regs.bit("TI");
-            self.pending.push(PendingCode::Repeat(Mcs51Jump::conditional(Kind::Jnb, &[sent]), here, 1));
-            self.emit(Kind::ClrBit, &[sent]);
+            self.pending.push(PendingCode::Repeat(Mcs51Jump::conditional(Mcs51OpKind::Jnb, &[sent]), here, 1));
+            self.emit(Mcs51OpKind::ClrBit, &[sent]);
         }
         let byte = match value {
             WordOperand::Cell(word) => ByteOperand::At(self.layout.word(word)),
@@ -85,17 +85,21 @@ impl Mcs51Selector<'_> {
     pub(super) fn wait_sent(&mut self) {
         let (here, sent) = (self.asm.new_label(), self.regs.bit("TI"));
         self.place(here);
-        self.pending.push(PendingCode::Repeat(Mcs51Jump::conditional(Kind::Jnb, &[sent]), here, self.sent_iterations));
+        self.pending.push(PendingCode::Repeat(
+            Mcs51Jump::conditional(Mcs51OpKind::Jnb, &[sent]),
+            here,
+            self.sent_iterations,
+        ));
     }
 
     /// acc := a byte had been received when the scan began; if so, moves it to dst.
     pub(super) fn receive(&mut self, dst: WordId) {
         let (arrived, none) = (i32::from(self.layout.byte_received_flag.unwrap_or(0)), self.asm.new_label());
-        self.emit(Kind::MovCBit, &[arrived]);
-        self.jump(Kind::Jnc, &[], none);
-        self.emit(Kind::ClrBit, &[arrived]);
+        self.emit(Mcs51OpKind::MovCBit, &[arrived]);
+        self.jump(Mcs51OpKind::Jnc, &[], none);
+        self.emit(Mcs51OpKind::ClrBit, &[arrived]);
         let (flag, line) = (self.regs.bit("RI"), self.regs.byte("SBUF"));
-        self.emit(Kind::ClrBit, &[flag]);
+        self.emit(Mcs51OpKind::ClrBit, &[flag]);
         let at = self.layout.word(dst);
         self.copy(at, ByteOperand::Sfr(line));
         for n in 1..self.ir.bytes(dst) {

@@ -19,7 +19,7 @@ mod word_ops;
 
 use diag::Severity;
 use emu_8051::chips::{MCS51_PARTS, Mcs51Part};
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 use ladder::ElementId;
 
 use crate::code::{CodeLabel, CodeWriter, FinishedCode};
@@ -171,7 +171,7 @@ impl Mcs51BuildPlan<'_> {
         const SIXTEEN_BITS: i32 = 1;
         let tmod = self.speed.map_or(0, |speed| speed.tmod()) | if timer.is_timer2 { 0 } else { SIXTEEN_BITS };
         if tmod != 0 {
-            asm.op(Kind::MovDirImm, &[self.regs.byte("TMOD"), tmod]);
+            asm.op(Mcs51OpKind::MovDirImm, &[self.regs.byte("TMOD"), tmod]);
         }
         if let Some(speed) = self.speed {
             asm.mark(CodeMark::Section("serial line"));
@@ -184,12 +184,12 @@ impl Mcs51BuildPlan<'_> {
         asm.mark(CodeMark::Section("latch the inputs"));
         for port in &self.layout.ports {
             if let Some(input) = port.input {
-                asm.op(Kind::MovDirDir, &[input.into(), port.sfr.into()]);
+                asm.op(Mcs51OpKind::MovDirDir, &[input.into(), port.sfr.into()]);
             }
         }
         if let Some(arrived) = self.layout.byte_received_flag {
-            asm.op(Kind::MovCBit, &[self.regs.bit("RI")]);
-            asm.op(Kind::MovBitC, &[arrived.into()]);
+            asm.op(Mcs51OpKind::MovCBit, &[self.regs.bit("RI")]);
+            asm.op(Mcs51OpKind::MovBitC, &[arrived.into()]);
         }
         let mut select = Mcs51Selector::new(&mut asm, ir, self.layout, self.regs);
         select.must_wait_for_transmitter = waits || ir.uart.waits;
@@ -201,7 +201,7 @@ impl Mcs51BuildPlan<'_> {
         select.mark(CodeMark::Section("write the outputs"));
         let ports = self.layout.ports.iter().filter_map(|port| Some((port.sfr, port.output?)));
         for (sfr, output) in ports {
-            select.asm.op(Kind::MovDirDir, &[sfr.into(), output.into()]);
+            select.asm.op(Mcs51OpKind::MovDirDir, &[sfr.into(), output.into()]);
         }
         select.mark(CodeMark::ScanEnd);
         select.asm.jump_back(Mcs51Jump::Unconditional, poll, 1);

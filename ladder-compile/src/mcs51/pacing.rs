@@ -10,7 +10,7 @@
 //! - Timer 0 (mode 1) continues from 0. The code stops it, adds the reload value and the constant length of
 //!   the stop, and starts it again. So the counts since the overflow are kept.
 
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::{Mcs51Arch, Mcs51Jump};
 use super::registers::{B, DPL, Mcs51Registers};
@@ -143,7 +143,7 @@ impl Mcs51PacingTimer<'_> {
     pub fn start(&self, asm: &mut CodeWriter<Mcs51Arch>) {
         let Mcs51Pacing { round_cycles: length, fraction, timer_rounds: turns, .. } = self.pace;
         let set = |asm: &mut CodeWriter<Mcs51Arch>, reg: &str, value: i32| {
-            asm.op(Kind::MovDirImm, &[self.regs.byte(reg), value]);
+            asm.op(Mcs51OpKind::MovDirImm, &[self.regs.byte(reg), value]);
         };
         let (low, high) = Mcs51Pacing::reload(length);
         // Number of rounds whose reload value is decided before the first overflow.
@@ -151,11 +151,11 @@ impl Mcs51PacingTimer<'_> {
         if let Some(f) = fraction {
             let done = u64::from(f.numerator) * decided % u64::from(f.denominator) + f.carry_offset();
             for (n, byte) in done.to_le_bytes().into_iter().take(f.bytes()).enumerate() {
-                asm.op(Kind::MovDirImm, &[self.fraction_address(n), byte.into()]);
+                asm.op(Mcs51OpKind::MovDirImm, &[self.fraction_address(n), byte.into()]);
             }
         }
         if turns > 1 {
-            asm.op(Kind::MovDirImm, &[self.rounds_address(), turns.into()]);
+            asm.op(Mcs51OpKind::MovDirImm, &[self.rounds_address(), turns.into()]);
         }
         let (low_reg, high_reg, run) = if self.is_timer2 { ("TL2", "TH2", "TR2") } else { ("TL0", "TH0", "TR0") };
         set(asm, low_reg, low);
@@ -167,7 +167,7 @@ impl Mcs51PacingTimer<'_> {
             set(asm, "RCAP2H", high);
         }
         asm.mark(CodeMark::TimerStart);
-        asm.op(Kind::SetbBit, &[self.regs.bit(run)]);
+        asm.op(Mcs51OpKind::SetbBit, &[self.regs.bit(run)]);
     }
 
     /// Emits the wait for a match and the start of a scan.
@@ -175,14 +175,14 @@ impl Mcs51PacingTimer<'_> {
         asm.mark(CodeMark::Section("wait for the match"));
         asm.mark(CodeMark::PollLoop);
         asm.place_label(poll);
-        asm.jump_back(Mcs51Jump::conditional(Kind::Jnb, &[self.flag()]), poll, 1);
+        asm.jump_back(Mcs51Jump::conditional(Mcs51OpKind::Jnb, &[self.flag()]), poll, 1);
         if self.pace.timer_rounds > 1 {
             self.set_next_round(asm);
-            asm.jump_back(Mcs51Jump::conditional(Kind::DjnzDir, &[self.rounds_address()]), poll, 1);
+            asm.jump_back(Mcs51Jump::conditional(Mcs51OpKind::DjnzDir, &[self.rounds_address()]), poll, 1);
         }
         asm.mark(CodeMark::ScanStart);
         if self.pace.timer_rounds > 1 {
-            asm.op(Kind::MovDirImm, &[self.rounds_address(), self.pace.timer_rounds.into()]);
+            asm.op(Mcs51OpKind::MovDirImm, &[self.rounds_address(), self.pace.timer_rounds.into()]);
         } else {
             self.set_next_round(asm);
         }
@@ -190,7 +190,7 @@ impl Mcs51PacingTimer<'_> {
 
     /// Emits the code just after an overflow: clears the flag and sets the length of a later round.
     fn set_next_round(&self, asm: &mut CodeWriter<Mcs51Arch>) {
-        asm.op(Kind::ClrBit, &[self.flag()]);
+        asm.op(Mcs51OpKind::ClrBit, &[self.flag()]);
         let Mcs51Pacing { round_cycles: length, fraction, .. } = self.pace;
         if self.is_timer2 {
             let Some(f) = fraction else { return };
@@ -200,25 +200,25 @@ impl Mcs51PacingTimer<'_> {
         }
         // Timer 0: the value to add is in B and DPL if it varies.
         let (low, high) = Mcs51Pacing::reload(length.wrapping_sub(TIMER_STOP_CYCLES));
-        let (mut add_low, mut add_high) = ((Kind::AddImm, low), (Kind::AddcImm, high));
+        let (mut add_low, mut add_high) = ((Mcs51OpKind::AddImm, low), (Mcs51OpKind::AddcImm, high));
         if let Some(f) = fraction {
             let long = Mcs51Pacing::reload((length + 1).wrapping_sub(TIMER_STOP_CYCLES));
             self.choose_reload(asm, f, (low, high), long, (B, DPL));
-            add_low = (Kind::AddDir, B);
+            add_low = (Mcs51OpKind::AddDir, B);
             if long.1 != high {
-                add_high = (Kind::AddcDir, DPL);
+                add_high = (Mcs51OpKind::AddcDir, DPL);
             }
         }
         let (timer_low, timer_high) = (self.regs.byte("TL0"), self.regs.byte("TH0"));
         for (kind, operand) in [
-            (Kind::ClrBit, self.regs.bit("TR0")),
-            (Kind::MovADir, timer_low),
+            (Mcs51OpKind::ClrBit, self.regs.bit("TR0")),
+            (Mcs51OpKind::MovADir, timer_low),
             add_low,
-            (Kind::MovDirA, timer_low),
-            (Kind::MovADir, timer_high),
+            (Mcs51OpKind::MovDirA, timer_low),
+            (Mcs51OpKind::MovADir, timer_high),
             add_high,
-            (Kind::MovDirA, timer_high),
-            (Kind::SetbBit, self.regs.bit("TR0")),
+            (Mcs51OpKind::MovDirA, timer_high),
+            (Mcs51OpKind::SetbBit, self.regs.bit("TR0")),
         ] {
             asm.op(kind, &[operand]);
         }
@@ -236,22 +236,22 @@ impl Mcs51PacingTimer<'_> {
         at: (i32, i32),
     ) {
         let set = |asm: &mut CodeWriter<Mcs51Arch>, value: (i32, i32)| {
-            asm.op(Kind::MovDirImm, &[at.0, value.0]);
+            asm.op(Mcs51OpKind::MovDirImm, &[at.0, value.0]);
             if short.1 != long.1 {
-                asm.op(Kind::MovDirImm, &[at.1, value.1]);
+                asm.op(Mcs51OpKind::MovDirImm, &[at.1, value.1]);
             }
         };
         let add = |asm: &mut CodeWriter<Mcs51Arch>, value: u64| {
             for (n, byte) in value.to_le_bytes().into_iter().take(f.bytes()).enumerate() {
-                asm.op(Kind::MovADir, &[self.fraction_address(n)]);
-                asm.op(if n == 0 { Kind::AddImm } else { Kind::AddcImm }, &[byte.into()]);
-                asm.op(Kind::MovDirA, &[self.fraction_address(n)]);
+                asm.op(Mcs51OpKind::MovADir, &[self.fraction_address(n)]);
+                asm.op(if n == 0 { Mcs51OpKind::AddImm } else { Mcs51OpKind::AddcImm }, &[byte.into()]);
+                asm.op(Mcs51OpKind::MovDirA, &[self.fraction_address(n)]);
             }
         };
         let same = asm.new_label();
         set(asm, short);
         add(asm, f.numerator.into());
-        asm.jump(Mcs51Jump::conditional(Kind::Jnc, &[]), same);
+        asm.jump(Mcs51Jump::conditional(Mcs51OpKind::Jnc, &[]), same);
         add(asm, f.carry_offset());
         set(asm, long);
         asm.place_label(same);

@@ -1,6 +1,6 @@
 //! Code around the rungs: reset, and the subroutines that a program uses.
 
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::{Mcs51Arch, Mcs51Jump};
 use super::byte_ops::AluOp;
@@ -15,34 +15,34 @@ use crate::ir::Ir;
 pub(super) fn emit_reset(asm: &mut CodeWriter<Mcs51Arch>, ir: &Ir, layout: &Mcs51Layout) {
     let outputs = || layout.ports.iter().filter(|port| port.outputs != 0);
     for port in outputs() {
-        asm.op(Kind::MovDirImm, &[port.sfr.into(), i32::from(!port.outputs)]);
+        asm.op(Mcs51OpKind::MovDirImm, &[port.sfr.into(), i32::from(!port.outputs)]);
     }
     if layout.ram_bytes > 0 {
         let again = asm.new_label();
-        asm.op(Kind::MovRegImm, &[0, i32::from(layout.highest_address.max(1))]);
-        asm.op(Kind::ClrA, &[]);
+        asm.op(Mcs51OpKind::MovRegImm, &[0, i32::from(layout.highest_address.max(1))]);
+        asm.op(Mcs51OpKind::ClrA, &[]);
         asm.place_label(again);
-        asm.op(Kind::MovIndA, &[0]);
-        asm.jump_back(Mcs51Jump::conditional(Kind::DjnzReg, &[0]), again, layout.highest_address.max(1).into());
+        asm.op(Mcs51OpKind::MovIndA, &[0]);
+        asm.jump_back(Mcs51Jump::conditional(Mcs51OpKind::DjnzReg, &[0]), again, layout.highest_address.max(1).into());
     }
     for port in outputs().filter(|port| port.outputs != 0xFF) {
         if let Some(image) = port.output {
-            asm.op(Kind::MovDirImm, &[image.into(), i32::from(!port.outputs)]);
+            asm.op(Mcs51OpKind::MovDirImm, &[image.into(), i32::from(!port.outputs)]);
         }
     }
     for bit in ir.initial_bits() {
         let at = layout.bit(bit);
-        asm.op(Kind::OrlDirImm, &[at.byte.into(), i32::from(1_u8 << at.bit)]);
+        asm.op(Mcs51OpKind::OrlDirImm, &[at.byte.into(), i32::from(1_u8 << at.bit)]);
     }
     for (n, cell) in ir.words.iter().enumerate() {
         let at = layout.word(crate::ir::WordId(n as u32));
         for (at, byte) in (at..).zip(cell.initial.to_le_bytes()).take(cell.bytes.into()).filter(|(_, byte)| *byte != 0)
         {
             if at < 0x80 {
-                asm.op(Kind::MovDirImm, &[at.into(), byte.into()]);
+                asm.op(Mcs51OpKind::MovDirImm, &[at.into(), byte.into()]);
             } else {
-                asm.op(Kind::MovRegImm, &[0, at.into()]);
-                asm.op(Kind::MovIndImm, &[0, byte.into()]);
+                asm.op(Mcs51OpKind::MovRegImm, &[0, at.into()]);
+                asm.op(Mcs51OpKind::MovIndImm, &[0, byte.into()]);
             }
         }
     }
@@ -86,7 +86,7 @@ impl Mcs51Selector<'_> {
             }
             (0..width).for_each(|n| self.copy(at(n), ByteOperand::At(sum(n))));
         }
-        self.emit(Kind::Ret, &[]);
+        self.emit(Mcs51OpKind::Ret, &[]);
         self.flush();
     }
 
@@ -102,8 +102,8 @@ impl Mcs51Selector<'_> {
         self.begin_unknown(entry);
         self.load(ByteOperand::At(at(top)));
         self.alu(AluOp::Xrl, ByteOperand::At(at(width + top)));
-        self.emit(Kind::MovCBit, &[ACC + 7]);
-        self.emit(Kind::MovBitC, &[SIGN]);
+        self.emit(Mcs51OpKind::MovCBit, &[ACC + 7]);
+        self.emit(Mcs51OpKind::MovBitC, &[SIGN]);
         for number in [&x, &y] {
             self.load(ByteOperand::At(number.get(top).copied().unwrap_or(0)));
             self.negate_if(ACC + 7, number);
@@ -114,7 +114,7 @@ impl Mcs51Selector<'_> {
             _ => self.divide_long(&x, &y, &rest, count),
         }
         self.negate_if(SIGN, &x);
-        self.emit(Kind::Ret, &[]);
+        self.emit(Mcs51OpKind::Ret, &[]);
         self.flush();
     }
 
@@ -122,13 +122,13 @@ impl Mcs51Selector<'_> {
     fn divide_bytes(&mut self, x: u8, y: u8) {
         let zero = self.asm.new_label();
         self.load(ByteOperand::At(y));
-        self.emit(Kind::MovDirA, &[B]);
-        self.jump(Kind::Jz, &[], zero);
+        self.emit(Mcs51OpKind::MovDirA, &[B]);
+        self.jump(Mcs51OpKind::Jz, &[], zero);
         self.load(ByteOperand::At(x));
-        self.emit(Kind::DivAb, &[]);
-        self.emit(Kind::CplA, &[]);
+        self.emit(Mcs51OpKind::DivAb, &[]);
+        self.emit(Mcs51OpKind::CplA, &[]);
         self.begin_unknown(zero);
-        self.emit(Kind::CplA, &[]);
+        self.emit(Mcs51OpKind::CplA, &[]);
         self.save(x);
     }
 
@@ -146,12 +146,12 @@ impl Mcs51Selector<'_> {
             self.asm.new_label(),
         );
         self.load(ByteOperand::At(y1));
-        self.jump(Kind::Jnz, &[], two);
+        self.jump(Mcs51OpKind::Jnz, &[], two);
         self.load(ByteOperand::At(y0));
-        self.jump(Kind::Jz, &[], zero);
-        self.emit(Kind::MovDirA, &[B]);
+        self.jump(Mcs51OpKind::Jz, &[], zero);
+        self.emit(Mcs51OpKind::MovDirA, &[B]);
         self.load(ByteOperand::At(x1));
-        self.emit(Kind::DivAb, &[]);
+        self.emit(Mcs51OpKind::DivAb, &[]);
         self.state = SelectorState::default();
         self.save(x1);
         self.copy(rest0, ByteOperand::Sfr(B));
@@ -160,10 +160,10 @@ impl Mcs51Selector<'_> {
         self.begin_unknown(two);
         self.load(ByteOperand::Imm(0xFF));
         self.begin_unknown(zero);
-        self.emit(Kind::CplA, &[]);
+        self.emit(Mcs51OpKind::CplA, &[]);
         match x1 {
-            0..8 => self.emit(Kind::XchReg, &[x1.into()]),
-            _ => self.emit(Kind::XchDir, &[x1.into()]),
+            0..8 => self.emit(Mcs51OpKind::XchReg, &[x1.into()]),
+            _ => self.emit(Mcs51OpKind::XchDir, &[x1.into()]),
         }
         self.save(rest0);
         self.begin_unknown(go);
@@ -175,10 +175,10 @@ impl Mcs51Selector<'_> {
         // out.
         self.load(ByteOperand::At(rest0));
         self.alu(AluOp::Subb, ByteOperand::At(y0));
-        self.emit(Kind::MovDirA, &[DPL]);
+        self.emit(Mcs51OpKind::MovDirA, &[DPL]);
         self.load(ByteOperand::At(rest1));
         self.alu(AluOp::Subb, ByteOperand::At(y1));
-        self.jump(Kind::Jc, &[], smaller);
+        self.jump(Mcs51OpKind::Jc, &[], smaller);
         self.save(rest1);
         self.copy(rest0, ByteOperand::Sfr(DPL));
         self.step_byte(x0, true);
@@ -198,7 +198,7 @@ impl Mcs51Selector<'_> {
             self.load(ByteOperand::At(rest));
             self.alu(AluOp::Subb, ByteOperand::At(y));
         }
-        self.jump(Kind::Jc, &[], smaller);
+        self.jump(Mcs51OpKind::Jc, &[], smaller);
         for (&rest, &y) in rest.iter().zip(y) {
             self.load(ByteOperand::At(rest));
             self.alu(AluOp::Subb, ByteOperand::At(y));
@@ -211,10 +211,10 @@ impl Mcs51Selector<'_> {
 
     /// Shifts bytes left by one bit, lowest first. The carry is 0 afterwards if the highest was below 80h.
     fn shift_left(&mut self, bytes: &[u8]) {
-        self.emit(Kind::ClrC, &[]);
+        self.emit(Mcs51OpKind::ClrC, &[]);
         for &at in bytes {
             self.load(ByteOperand::At(at));
-            self.emit(Kind::RlcA, &[]);
+            self.emit(Mcs51OpKind::RlcA, &[]);
             self.state.a = None;
             self.save(at);
         }
@@ -223,8 +223,8 @@ impl Mcs51Selector<'_> {
     /// Decrements the counter and jumps back until it is 0.
     fn decrement_and_loop(&mut self, count: u8, again: CodeLabel, times: u32) {
         let jump_form = match count {
-            0..8 => Mcs51Jump::conditional(Kind::DjnzReg, &[count.into()]),
-            _ => Mcs51Jump::conditional(Kind::DjnzDir, &[count.into()]),
+            0..8 => Mcs51Jump::conditional(Mcs51OpKind::DjnzReg, &[count.into()]),
+            _ => Mcs51Jump::conditional(Mcs51OpKind::DjnzDir, &[count.into()]),
         };
         self.pending.push(PendingCode::Repeat(jump_form, again, times));
         self.state = SelectorState::default();
@@ -233,8 +233,8 @@ impl Mcs51Selector<'_> {
     /// Negates a number if a bit is 1.
     fn negate_if(&mut self, bit: i32, number: &[u8]) {
         let positive = self.asm.new_label();
-        self.jump(Kind::Jnb, &[bit], positive);
-        self.emit(Kind::ClrC, &[]);
+        self.jump(Mcs51OpKind::Jnb, &[bit], positive);
+        self.emit(Mcs51OpKind::ClrC, &[]);
         for &at in number {
             self.load(ByteOperand::Imm(0));
             self.alu(AluOp::Subb, ByteOperand::At(at));

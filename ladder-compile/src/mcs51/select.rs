@@ -3,7 +3,7 @@
 //! The accumulator of the intermediate code is the carry; `SelectorState` holds what else is known of it.
 //! Code is collected in lines first, so that the two arms of a branch can be made to agree before they join.
 
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::{Mcs51Arch, Mcs51Jump};
 use super::known_state::{AccumulatorState, BitSource, SelectorState, acc_live_after};
@@ -18,7 +18,7 @@ use crate::target::CodeMark;
 #[derive(Debug, Clone)]
 pub enum PendingCode {
     /// An instruction.
-    Op(Kind, Vec<i32>),
+    Op(Mcs51OpKind, Vec<i32>),
     /// An instruction that refers to a label.
     Jump(Mcs51Jump, CodeLabel),
     /// The position of a label.
@@ -104,12 +104,12 @@ impl<'a> Mcs51Selector<'a> {
     }
 
     /// Adds an instruction to the pending lines.
-    pub(super) fn emit(&mut self, kind: Kind, operands: &[i32]) {
+    pub(super) fn emit(&mut self, kind: Mcs51OpKind, operands: &[i32]) {
         self.pending.push(PendingCode::Op(kind, operands.to_vec()));
     }
 
     /// Adds a conditional jump to the pending lines.
-    pub(super) fn jump(&mut self, kind: Kind, operands: &[i32], to: CodeLabel) {
+    pub(super) fn jump(&mut self, kind: Mcs51OpKind, operands: &[i32], to: CodeLabel) {
         self.pending.push(PendingCode::Jump(Mcs51Jump::conditional(kind, operands), to));
     }
 

@@ -1,6 +1,6 @@
 //! Set-up of the serial line and choice of the timer for its baud rate.
 
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::Mcs51Arch;
 use super::registers::Mcs51Registers;
@@ -98,7 +98,7 @@ impl Mcs51BaudSetup {
     /// Emits the set-up of line and timer; a byte can be sent at once. `first` is the time to the first scan
     /// in machine cycles.
     pub fn start(&self, asm: &mut CodeWriter<Mcs51Arch>, regs: Mcs51Registers, receive: bool, first: u64) {
-        let mut set = |reg: &str, value: i32| asm.op(Kind::MovDirImm, &[regs.byte(reg), value]);
+        let mut set = |reg: &str, value: i32| asm.op(Mcs51OpKind::MovDirImm, &[regs.byte(reg), value]);
         let [low, high] = (self.counts.wrapping_neg() as u16).to_le_bytes();
         if self.uses_timer2 {
             set("RCAP2L", low.into());
@@ -120,7 +120,7 @@ impl Mcs51BaudSetup {
         let receive = if receive { regs.mask("REN") } else { 0 };
         set("SCON", regs.mask("SM1") | receive | regs.mask("TI"));
         if !self.uses_timer2 {
-            asm.op(Kind::SetbBit, &[regs.bit("TR1")]);
+            asm.op(Mcs51OpKind::SetbBit, &[regs.bit("TR1")]);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Selects moves and arithmetic of integers of one to four bytes.
 
-use emu_8051::isa::Kind;
+use emu_8051::isa::Mcs51OpKind;
 
 use super::arch::Mcs51Jump;
 use super::byte_ops::AluOp;
@@ -32,7 +32,7 @@ impl Mcs51Selector<'_> {
                 if bytes < width {
                     self.load(ByteOperand::At(at + bytes - 1));
                     self.sign_of_a();
-                    self.emit(Kind::MovDirA, &[slot]);
+                    self.emit(Mcs51OpKind::MovDirA, &[slot]);
                     all.resize(width.into(), ByteOperand::Sfr(slot));
                 }
                 all
@@ -107,7 +107,7 @@ impl Mcs51Selector<'_> {
                 let pairs = self.operand_byte_pairs(a, b, self.ir.bytes(dst));
                 let first = if op == ArithmeticOp::Add { AluOp::Add } else { AluOp::Subb };
                 if op == ArithmeticOp::Sub {
-                    self.emit(Kind::ClrC, &[]);
+                    self.emit(Mcs51OpKind::ClrC, &[]);
                 }
                 for (n, (at, pair)) in self.byte_addresses(dst).into_iter().zip(pairs).enumerate() {
                     self.load(pair.left);
@@ -158,10 +158,10 @@ impl Mcs51Selector<'_> {
             self.copy(at, bytes.get(n + skipped).copied().unwrap_or(ByteOperand::Imm(0)));
         }
         for _ in 0..bits {
-            self.emit(Kind::ClrC, &[]);
+            self.emit(Mcs51OpKind::ClrC, &[]);
             for &at in places.iter().rev().skip(skipped) {
                 self.load(ByteOperand::At(at));
-                self.emit(Kind::RrcA, &[]);
+                self.emit(Mcs51OpKind::RrcA, &[]);
                 self.state.a = None;
                 self.save(at);
             }
@@ -196,7 +196,7 @@ impl Mcs51Selector<'_> {
             self.load(ByteOperand::At(*low));
             self.alu(AluOp::Add, ByteOperand::Imm(*small));
             self.save(*low);
-            self.jump(if up { Kind::Jnc } else { Kind::Jc }, &[], over);
+            self.jump(if up { Mcs51OpKind::Jnc } else { Mcs51OpKind::Jc }, &[], over);
             let there = self.state;
             self.step_byte(*high, up);
             self.place(over);
@@ -223,7 +223,7 @@ impl Mcs51Selector<'_> {
             self.step_byte(at, true);
             if n + 1 < places.len() {
                 self.load(ByteOperand::At(at));
-                self.jump(Kind::Jnz, &[], over);
+                self.jump(Mcs51OpKind::Jnz, &[], over);
             }
         }
         if places.len() > 1 {
@@ -241,7 +241,7 @@ impl Mcs51Selector<'_> {
         if !upper.is_empty() {
             let over = self.asm.new_label();
             self.load(ByteOperand::At(*low));
-            self.jump(Kind::Jnz, &[], over);
+            self.jump(Mcs51OpKind::Jnz, &[], over);
             let before = self.state;
             self.count_down(upper);
             self.place(over);

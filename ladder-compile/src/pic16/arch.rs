@@ -4,7 +4,7 @@
 //! A page has 2,048 words; PCLATH selects other pages. PCLATH<4:3> is always the page of the running code,
 //! except between a change of page and its jump.
 
-use emu_pic16::isa::{self, Kind, ROWS};
+use emu_pic16::isa::{self, Pic16OpKind, ROWS};
 
 use crate::CodegenError;
 use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
@@ -46,8 +46,8 @@ fn written_page_bits(from: u32, to: u32, level: u8) -> impl Iterator<Item = (i32
     differing_page_bits(from, to).chain(page_bits(from, to, false)).take(level.into())
 }
 
-fn page_bit_instruction((bit, value): (i32, bool)) -> (Kind, Vec<i32>) {
-    (if value { Kind::Bsf } else { Kind::Bcf }, vec![PCLATH, bit])
+fn page_bit_instruction((bit, value): (i32, bool)) -> (Pic16OpKind, Vec<i32>) {
+    (if value { Pic16OpKind::Bsf } else { Pic16OpKind::Bcf }, vec![PCLATH, bit])
 }
 
 /// Level of the shortest form between two addresses: the number of PCLATH bits that change.
@@ -63,18 +63,18 @@ pub fn form_words(jump: Pic16Jump, level: u8) -> u32 {
 }
 
 impl TargetArch for Pic16Arch {
-    type Opcode = Kind;
+    type Opcode = Pic16OpKind;
     type JumpForm = Pic16Jump;
 
-    fn instruction_words(&self, _: Kind) -> u32 {
+    fn instruction_words(&self, _: Pic16OpKind) -> u32 {
         1
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], _at: u32) -> Result<Vec<u16>, CodegenError> {
+    fn encode(&self, kind: Pic16OpKind, operands: &[i32], _at: u32) -> Result<Vec<u16>, CodegenError> {
         Ok(vec![isa::encode(kind, operands)?])
     }
 
-    fn jump_form(&self, jump: Pic16Jump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {
+    fn jump_form(&self, jump: Pic16Jump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Pic16OpKind>>> {
         if self::shortest_level(at, to) > level {
             return None;
         }
@@ -82,7 +82,7 @@ impl TargetArch for Pic16Arch {
             let (kind, operands) = page_bit_instruction(change);
             FormInstruction { kind, operands, target: None }
         };
-        let kind = if jump == Pic16Jump::Goto { Kind::Goto } else { Kind::Call };
+        let kind = if jump == Pic16Jump::Goto { Pic16OpKind::Goto } else { Pic16OpKind::Call };
         let mut steps: Vec<_> = written_page_bits(at, to, level).map(set).collect();
         steps.push(FormInstruction { kind, operands: vec![(to % PAGE) as i32], target: Some(to) });
         if jump == Pic16Jump::Call {
@@ -91,11 +91,11 @@ impl TargetArch for Pic16Arch {
         Some(steps)
     }
 
-    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
+    fn flow_and_cycles(&self, kind: Pic16OpKind) -> (ControlFlow, CycleCounts) {
         let flow = match kind {
-            Kind::Goto => ControlFlow::Jump,
-            Kind::Call => ControlFlow::Call,
-            Kind::Return | Kind::Retlw | Kind::Retfie => ControlFlow::Return,
+            Pic16OpKind::Goto => ControlFlow::Jump,
+            Pic16OpKind::Call => ControlFlow::Call,
+            Pic16OpKind::Return | Pic16OpKind::Retlw | Pic16OpKind::Retfie => ControlFlow::Return,
             _ if is_skip(kind) => ControlFlow::Skip,
             _ => ControlFlow::Sequential,
         };
@@ -112,7 +112,7 @@ impl TargetArch for Pic16Arch {
 
 /// True for instructions that may skip the next one.
 #[must_use]
-pub fn is_skip(kind: Kind) -> bool {
-    use Kind::{Btfsc, Btfss, DecfszF, DecfszW, IncfszF, IncfszW};
+pub fn is_skip(kind: Pic16OpKind) -> bool {
+    use Pic16OpKind::{Btfsc, Btfss, DecfszF, DecfszW, IncfszF, IncfszW};
     matches!(kind, Btfsc | Btfss | DecfszF | DecfszW | IncfszF | IncfszW)
 }

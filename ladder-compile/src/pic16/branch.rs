@@ -1,6 +1,6 @@
 //! Selects branches between lists of operations, and places the accumulator where both paths agree.
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 
 use super::logic::GuardedInstruction;
 use super::rung_formula::{BitLiteral, RungFormula};
@@ -124,10 +124,12 @@ impl Pic16Selector<'_, '_> {
                 let addr = operands.first().copied().unwrap_or(0) as u16;
                 let addr = self.written_byte(op).unwrap_or(addr);
                 match (kind, operands.get(1)) {
-                    (Kind::Bsf | Kind::Bcf, Some(&bit)) => {
-                        GuardedInstruction::StoreBit((addr, bit as u8), *kind == Kind::Bsf)
+                    (Pic16OpKind::Bsf | Pic16OpKind::Bcf, Some(&bit)) => {
+                        GuardedInstruction::StoreBit((addr, bit as u8), *kind == Pic16OpKind::Bsf)
                     }
-                    (Kind::Clrf | Kind::IncfF | Kind::DecfF, None) => GuardedInstruction::Once(*kind, addr),
+                    (Pic16OpKind::Clrf | Pic16OpKind::IncfF | Pic16OpKind::DecfF, None) => {
+                        GuardedInstruction::Once(*kind, addr)
+                    }
                     _ => return false,
                 }
             }

@@ -6,7 +6,7 @@
 //! scratch 2    its address, shifted left by one
 //! ```
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 use emu_pic16::periph::map::Sfr;
 
 use super::select::{Pic16Routine, Pic16Selector};
@@ -140,8 +140,8 @@ fn step(out: &mut Pic16Writer<'_>, begin: BusStep, turns: u32) {
     match begin {
         BusStep::Bit(name) => out.set_bit(chip.bit(name), true),
         BusStep::Byte(from) => {
-            out.byte_op(Kind::MovfW, from);
-            out.byte_op(Kind::Movwf, chip.reg(Sfr::SSPBUF));
+            out.byte_op(Pic16OpKind::MovfW, from);
+            out.byte_op(Pic16OpKind::Movwf, chip.reg(Sfr::SSPBUF));
         }
     }
     out.select_bank(1);
@@ -187,10 +187,10 @@ pub fn emit_transfer(
         }
         step(out, BusStep::Bit("PEN"), turns);
     }
-    out.byte_op(Kind::MovfW, chip.reg(Sfr::SSPBUF));
-    out.byte_op(Kind::Movwf, byte);
+    out.byte_op(Pic16OpKind::MovfW, chip.reg(Sfr::SSPBUF));
+    out.byte_op(Pic16OpKind::Movwf, byte);
     out.select_bank(1);
-    out.implied_op(Kind::Return);
+    out.implied_op(Pic16OpKind::Return);
 }
 
 impl Pic16Selector<'_, '_> {
@@ -213,17 +213,17 @@ impl Pic16Selector<'_, '_> {
         self.out.call(label, self.out.chip.reachable_banks(scratch), Some(1));
         let Some(dst) = dst else { return };
         let (to, bytes) = (self.layout.word(dst), u16::from(self.ir.bytes(dst)));
-        self.out.byte_op(Kind::MovfW, scratch);
-        self.out.byte_op(Kind::Movwf, to);
-        (1..bytes).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
+        self.out.byte_op(Pic16OpKind::MovfW, scratch);
+        self.out.byte_op(Pic16OpKind::Movwf, to);
+        (1..bytes).for_each(|n| self.out.byte_op(Pic16OpKind::Clrf, to + n));
     }
 
     fn put_low_byte(&mut self, to: u16, value: WordOperand) {
         match value {
             WordOperand::Const(constant) => self.out.set_byte(to, constant as u8),
             WordOperand::Cell(word) => {
-                self.out.byte_op(Kind::MovfW, self.layout.word(word));
-                self.out.byte_op(Kind::Movwf, to);
+                self.out.byte_op(Pic16OpKind::MovfW, self.layout.word(word));
+                self.out.byte_op(Pic16OpKind::Movwf, to);
             }
         }
     }

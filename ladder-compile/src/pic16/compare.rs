@@ -1,6 +1,6 @@
 //! Compares integers into flags. Signed comparisons become unsigned ones by inverting the sign bits.
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 
 use super::rung_formula::{BitLiteral, RungFormula};
 use super::select::Pic16Selector;
@@ -52,18 +52,18 @@ impl Pic16Selector<'_, '_> {
             (0, 256) => RungFormula::Const(true),
             (0, end) => {
                 out.load_w(end as u8);
-                out.byte_op(Kind::SubwfW, at);
+                out.byte_op(Pic16OpKind::SubwfW, at);
                 status_flag(C, false)
             }
             (first, 256) => {
                 out.load_w(first as u8);
-                out.byte_op(Kind::SubwfW, at);
+                out.byte_op(Pic16OpKind::SubwfW, at);
                 status_flag(C, true)
             }
             (first, end) => {
                 out.load_w((first as u8).wrapping_neg());
-                out.byte_op(Kind::AddwfW, at);
-                out.literal_op(Kind::Sublw, (end - first - 1) as u8);
+                out.byte_op(Pic16OpKind::AddwfW, at);
+                out.literal_op(Pic16OpKind::Sublw, (end - first - 1) as u8);
                 status_flag(C, true)
             }
         };
@@ -71,8 +71,8 @@ impl Pic16Selector<'_, '_> {
             return low;
         }
         // The bytes above the lowest must be 0; the carry is preserved.
-        out.byte_op(Kind::MovfW, at + 1);
-        (2..bytes).for_each(|n| out.byte_op(Kind::IorwfW, at + n));
+        out.byte_op(Pic16OpKind::MovfW, at + 1);
+        (2..bytes).for_each(|n| out.byte_op(Pic16OpKind::IorwfW, at + n));
         status_flag(Z, true).and(low)
     }
 
@@ -85,8 +85,8 @@ impl Pic16Selector<'_, '_> {
         for (n, &(at, k)) in other.iter().enumerate() {
             // W is 0 afterwards if this byte and all previous ones are equal.
             let short = match k {
-                1 => Some(Kind::DecfW),
-                0xFF => Some(Kind::IncfW),
+                1 => Some(Pic16OpKind::DecfW),
+                0xFF => Some(Pic16OpKind::IncfW),
                 _ => None,
             };
             if short.is_none() {
@@ -96,10 +96,10 @@ impl Pic16Selector<'_, '_> {
             if n > 0 {
                 out.skip_unless((STATUS, Z), true);
             }
-            out.byte_op(short.unwrap_or(Kind::XorwfW), at);
+            out.byte_op(short.unwrap_or(Pic16OpKind::XorwfW), at);
         }
         for (n, &(at, _)) in zero.iter().enumerate() {
-            out.byte_op(if n == 0 && other.is_empty() { Kind::MovfW } else { Kind::IorwfW }, at);
+            out.byte_op(if n == 0 && other.is_empty() { Pic16OpKind::MovfW } else { Pic16OpKind::IorwfW }, at);
         }
     }
 
@@ -108,13 +108,13 @@ impl Pic16Selector<'_, '_> {
         let (a, b) = (self.widened_address(a, bytes, 0), self.widened_address(b, bytes, 1));
         let temp = self.layout.scratch;
         for n in 0..u16::from(bytes) {
-            self.out.byte_op(Kind::MovfW, b + n);
-            self.out.byte_op(Kind::XorwfW, a + n);
+            self.out.byte_op(Pic16OpKind::MovfW, b + n);
+            self.out.byte_op(Pic16OpKind::XorwfW, a + n);
             match (n, n + 1 == u16::from(bytes)) {
                 (0, true) => {}
-                (0, false) => self.out.byte_op(Kind::Movwf, temp),
-                (_, true) => self.out.byte_op(Kind::IorwfW, temp),
-                (_, false) => self.out.byte_op(Kind::IorwfF, temp),
+                (0, false) => self.out.byte_op(Pic16OpKind::Movwf, temp),
+                (_, true) => self.out.byte_op(Pic16OpKind::IorwfW, temp),
+                (_, false) => self.out.byte_op(Pic16OpKind::IorwfF, temp),
             }
         }
     }
@@ -129,26 +129,26 @@ impl Pic16Selector<'_, '_> {
             // Unless it is 0, the high byte decides: 1 to 127 means greater, 128 and above means negative.
             out.select_bank(out.chip.reachable_banks(at));
             out.load_w(byte(0));
-            out.byte_op(Kind::SubwfW, at);
-            out.byte_op(Kind::MovfW, at + 1);
+            out.byte_op(Pic16OpKind::SubwfW, at);
+            out.byte_op(Pic16OpKind::MovfW, at + 1);
             out.skip_unless((STATUS, Z), false);
-            out.literal_op(Kind::Sublw, 0x7F);
+            out.literal_op(Pic16OpKind::Sublw, 0x7F);
             return;
         }
         let top = usize::from(bytes) - 1;
-        out.byte_op(Kind::MovfW, at + top as u16);
-        out.literal_op(Kind::Xorlw, 0x80);
+        out.byte_op(Pic16OpKind::MovfW, at + top as u16);
+        out.literal_op(Pic16OpKind::Xorlw, 0x80);
         match byte(top) ^ 0x80 {
             0 => out.set_bit((STATUS, C), true),
-            k => out.literal_op(Kind::Addlw, k.wrapping_neg()),
+            k => out.literal_op(Pic16OpKind::Addlw, k.wrapping_neg()),
         }
         // If all higher bytes are equal, C is set and the next byte decides. Low zero bytes of `k` need
         // no comparison.
         let lowest = (0..top).find(|&n| byte(n) != 0).unwrap_or(top);
         for n in (lowest..top).rev() {
-            out.literal_op(Kind::Movlw, byte(n));
+            out.literal_op(Pic16OpKind::Movlw, byte(n));
             out.skip_unless((STATUS, Z), true);
-            out.byte_op(Kind::SubwfW, at + n as u16);
+            out.byte_op(Pic16OpKind::SubwfW, at + n as u16);
         }
     }
 
@@ -158,18 +158,18 @@ impl Pic16Selector<'_, '_> {
         let (a, b) = (self.widened_address(a, bytes, 0), self.widened_address(b, bytes, 1));
         let (temp, top) = (self.layout.scratch, u16::from(bytes) - 1);
         let out = &mut self.out;
-        out.byte_op(Kind::MovfW, a + top);
-        out.literal_op(Kind::Xorlw, 0x80);
-        out.byte_op(Kind::Movwf, temp);
-        out.byte_op(Kind::MovfW, b + top);
-        out.literal_op(Kind::Xorlw, 0x80);
-        out.byte_op(Kind::SubwfW, temp);
+        out.byte_op(Pic16OpKind::MovfW, a + top);
+        out.literal_op(Pic16OpKind::Xorlw, 0x80);
+        out.byte_op(Pic16OpKind::Movwf, temp);
+        out.byte_op(Pic16OpKind::MovfW, b + top);
+        out.literal_op(Pic16OpKind::Xorlw, 0x80);
+        out.byte_op(Pic16OpKind::SubwfW, temp);
         let done = out.label();
         for n in (0..top).rev() {
             out.skip_unless((STATUS, Z), false);
             out.goto(done);
-            out.byte_op(Kind::MovfW, b + n);
-            out.byte_op(Kind::SubwfW, a + n);
+            out.byte_op(Pic16OpKind::MovfW, b + n);
+            out.byte_op(Pic16OpKind::SubwfW, a + n);
         }
         out.place(done);
     }

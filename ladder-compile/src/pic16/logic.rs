@@ -4,7 +4,7 @@
 //! "instruction k is executed" and c(k) "it skips"; then e(k + 1) = not (e(k) and c(k)). So a chain of skips
 //! computes nested ANDs and ORs of literals with one word each. Everything else needs GOTO.
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 
 use super::rung_formula::{BitLiteral, RungFormula};
 use super::select::Pic16Selector;
@@ -19,7 +19,7 @@ pub enum GuardedInstruction {
     Goto(Pic16Label),
     /// An instruction on the byte at this address, which also determines the bank. It must not be executed
     /// twice.
-    Once(Kind, u16),
+    Once(Pic16OpKind, u16),
 }
 
 impl GuardedInstruction {
@@ -220,7 +220,7 @@ impl Pic16Selector<'_, '_> {
                 if !lit.is {
                     self.out.select_bank(self.out.chip.reachable_banks(at.0));
                     self.out.load_w(1 << at.1);
-                    self.out.byte_op(Kind::XorwfF, at.0);
+                    self.out.byte_op(Pic16OpKind::XorwfF, at.0);
                 }
             }
             RungFormula::And(all) | RungFormula::Or(all) if e.reads_bit(at) => {

@@ -20,7 +20,7 @@ pub mod touched_cells;
 mod word_ops;
 pub mod writer;
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 use ladder::ElementId;
 
 use crate::CodegenError;
@@ -195,8 +195,8 @@ fn build_code(
         out.set_bit(flag, false);
     }
     for port in layout.ports.iter().filter(|port| port.input_bits != 0) {
-        out.byte_op(Kind::MovfW, port.port);
-        out.byte_op(Kind::Movwf, port.input);
+        out.byte_op(Pic16OpKind::MovfW, port.port);
+        out.byte_op(Pic16OpKind::Movwf, port.input);
     }
     let mut select = Pic16Selector::new(out, job.ir, layout, devices);
     select.latch_received();
@@ -265,27 +265,27 @@ fn write_port(
         reset::driven_pins(job, devices).filter(|pin| pin.1).fold(0, |all, pin| all | pin_mask(pin.0, port.letter));
     let write = |out: &mut Pic16Writer<'_>| {
         if high != 0 {
-            out.literal_op(Kind::Iorlw, high);
+            out.literal_op(Pic16OpKind::Iorlw, high);
         }
-        out.byte_op(Kind::Movwf, port.port);
+        out.byte_op(Pic16OpKind::Movwf, port.port);
     };
     if let Some(latch) = cells.and_then(|cells| cells.latch) {
-        out.byte_op(Kind::MovfW, layout.word(latch));
-        out.literal_op(Kind::Andlw, free);
+        out.byte_op(Pic16OpKind::MovfW, layout.word(latch));
+        out.literal_op(Pic16OpKind::Andlw, free);
         if port.output_bits != 0 {
-            out.byte_op(Kind::IorwfW, port.output);
+            out.byte_op(Pic16OpKind::IorwfW, port.output);
         }
         write(out);
     } else if port.output_bits != 0 {
-        out.byte_op(Kind::MovfW, port.output);
+        out.byte_op(Pic16OpKind::MovfW, port.output);
         write(out);
     }
     if let Some(direction) = cells.and_then(|cells| cells.direction) {
-        out.byte_op(Kind::MovfW, layout.word(direction));
-        out.literal_op(Kind::Andlw, free);
+        out.byte_op(Pic16OpKind::MovfW, layout.word(direction));
+        out.literal_op(Pic16OpKind::Andlw, free);
         let driven = reset::driven_pins(job, devices).fold(0, |all, (pin, _)| all | pin_mask(pin, port.letter));
-        out.literal_op(Kind::Iorlw, port.existing_bits & !(free | port.output_bits | driven));
-        out.byte_op(Kind::Movwf, port.tris);
+        out.literal_op(Pic16OpKind::Iorlw, port.existing_bits & !(free | port.output_bits | driven));
+        out.byte_op(Pic16OpKind::Movwf, port.tris);
     }
 }
 

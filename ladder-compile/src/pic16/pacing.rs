@@ -9,7 +9,7 @@
 //!   error never exceeds one count.
 //! - If PWM uses CCP1, or P is too long for it, timer 1 alone, extended in RAM ([`super::timer_extension`]).
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 use emu_pic16::periph::map::Sfr;
 
 use super::select::Pic16Selector;
@@ -251,7 +251,7 @@ impl Pic16Pacing {
         out.select_bank(chip.reachable_banks(at));
         out.load_w(control);
         out.mark(CodeMark::TimerStart);
-        out.byte_op(Kind::Movwf, at);
+        out.byte_op(Pic16OpKind::Movwf, at);
     }
 }
 
@@ -277,10 +277,10 @@ impl Pic16Selector<'_, '_> {
         for ((reg, short), long) in registers.into_iter().zip(short).zip(long) {
             if short != long {
                 self.out.select_bank(self.out.chip.reachable_banks(reg));
-                self.out.literal_op(Kind::Movlw, short);
+                self.out.literal_op(Pic16OpKind::Movlw, short);
                 self.out.skip_unless((STATUS, C), false);
-                self.out.literal_op(Kind::Movlw, long);
-                self.out.byte_op(Kind::Movwf, reg);
+                self.out.literal_op(Pic16OpKind::Movlw, long);
+                self.out.byte_op(Pic16OpKind::Movwf, reg);
             }
         }
         self.refill_count_down(fraction, |_| ());

@@ -2,7 +2,7 @@
 //! operations.
 
 use emu_pic16::chips::{ComparatorKind, Pic16AdcKind as Converter};
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 use emu_pic16::periph::map::Sfr;
 
 use super::buses::{self, Pic16BusSetup};
@@ -308,9 +308,9 @@ impl Pic16Selector<'_, '_> {
     /// Stores the received byte in a word, and restarts the receiver if an overrun has stopped it.
     pub fn take_byte(&mut self, dst: WordId) {
         let (to, chip) = (self.layout.word(dst), self.out.chip);
-        self.out.byte_op(Kind::MovfW, chip.reg(Sfr::RCREG));
-        self.out.byte_op(Kind::Movwf, to);
-        (1..u16::from(self.ir.bytes(dst))).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
+        self.out.byte_op(Pic16OpKind::MovfW, chip.reg(Sfr::RCREG));
+        self.out.byte_op(Pic16OpKind::Movwf, to);
+        (1..u16::from(self.ir.bytes(dst))).for_each(|n| self.out.byte_op(Pic16OpKind::Clrf, to + n));
         let (overrun, enable) = (chip.bit("OERR"), chip.bit("CREN"));
         self.out.select_bank(chip.reachable_banks(enable.0));
         self.out.skip_unless(overrun, true);
@@ -325,8 +325,8 @@ impl Pic16Selector<'_, '_> {
         match value {
             WordOperand::Const(k) => self.out.set_byte(to, k as u8),
             WordOperand::Cell(word) => {
-                self.out.byte_op(Kind::MovfW, self.layout.word(word));
-                self.out.byte_op(Kind::Movwf, to);
+                self.out.byte_op(Pic16OpKind::MovfW, self.layout.word(word));
+                self.out.byte_op(Pic16OpKind::Movwf, to);
             }
         }
     }
@@ -354,12 +354,12 @@ impl Pic16Selector<'_, '_> {
         self.out.call(routine, 1, Some(1));
         let (to, bytes, chip) = (self.layout.word(dst), u16::from(self.ir.bytes(dst)), self.out.chip);
         if bytes > 1 {
-            self.out.byte_op(Kind::MovfW, chip.reg(Sfr::ADRESH));
-            self.out.byte_op(Kind::Movwf, to + 1);
+            self.out.byte_op(Pic16OpKind::MovfW, chip.reg(Sfr::ADRESH));
+            self.out.byte_op(Pic16OpKind::Movwf, to + 1);
         }
-        (2..bytes).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
-        self.out.byte_op(Kind::MovfW, chip.reg(Sfr::ADRESL));
-        self.out.byte_op(Kind::Movwf, to);
+        (2..bytes).for_each(|n| self.out.byte_op(Pic16OpKind::Clrf, to + n));
+        self.out.byte_op(Pic16OpKind::MovfW, chip.reg(Sfr::ADRESL));
+        self.out.byte_op(Pic16OpKind::Movwf, to);
     }
 
     /// Sets the duty cycle of a PWM output to the value, clamped to 0 to 100 percent.
@@ -383,13 +383,13 @@ impl Pic16Selector<'_, '_> {
                     b: WordOperand::Const(100),
                 });
                 self.execute_if(&over.opposite(), &super::logic::GuardedInstruction::Goto(fine));
-                self.out.literal_op(Kind::Movlw, 100);
+                self.out.literal_op(Pic16OpKind::Movlw, 100);
                 self.out.goto(end);
                 self.out.place(negative);
-                self.out.literal_op(Kind::Movlw, 0);
+                self.out.literal_op(Pic16OpKind::Movlw, 0);
                 self.out.goto(end);
                 self.out.place(fine);
-                self.out.byte_op(Kind::MovfW, at);
+                self.out.byte_op(Pic16OpKind::MovfW, at);
                 self.out.place(end);
             }
         }
@@ -404,7 +404,7 @@ impl Pic16Selector<'_, '_> {
         for n in 0..u16::from(self.ir.bytes(dst)) {
             self.out.load_w((addr + n) as u8);
             self.out.call(read, ANY_BANK, Some(1));
-            self.out.byte_op(Kind::Movwf, to + n);
+            self.out.byte_op(Pic16OpKind::Movwf, to + n);
         }
     }
 
@@ -418,10 +418,10 @@ impl Pic16Selector<'_, '_> {
             let equal = self.out.label();
             self.out.load_w((addr + n) as u8);
             self.out.call(read, ANY_BANK, Some(1));
-            self.out.byte_op(Kind::XorwfW, from + n);
+            self.out.byte_op(Pic16OpKind::XorwfW, from + n);
             self.out.skip_unless((STATUS, Z), true);
             self.out.goto(if n == last { end } else { equal });
-            self.out.byte_op(Kind::MovfW, from + n);
+            self.out.byte_op(Pic16OpKind::MovfW, from + n);
             if n < last {
                 self.out.goto(found);
                 self.out.place(equal);
@@ -447,7 +447,7 @@ impl Pic16Selector<'_, '_> {
             } else if n == 0 || !short {
                 let routine = self.routine(Pic16Routine::Table(table, n, index));
                 self.out.call(routine, self.out.chip.reachable_banks(self.layout.word(index)), None);
-                self.out.byte_op(Kind::Movwf, to + u16::from(n));
+                self.out.byte_op(Pic16OpKind::Movwf, to + u16::from(n));
             }
         }
         let signed = short && values.iter().any(|&v| v < 0) && values.iter().any(|&v| v >= 0);

@@ -2,7 +2,7 @@
 //! undefined.
 
 use diag::Severity;
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 use emu_pic16::periph::map::Sfr;
 
 use super::layout::Pic16Layout;
@@ -41,7 +41,7 @@ pub fn emit_reset(
     }
     let latched = |letter| job.ir.port_cells(letter).is_some_and(|cells| cells.latch.or(cells.direction).is_some());
     for port in layout.ports.iter().filter(|port| port.output_bits != 0 || latched(port.letter)) {
-        out.byte_op(Kind::Clrf, port.port);
+        out.byte_op(Pic16OpKind::Clrf, port.port);
     }
     for (pin, _) in driven_pins(job, devices).filter(|pin| pin.1) {
         out.set_bit(port_bit(out, pin, false), true);
@@ -94,7 +94,7 @@ fn port_bit(out: &Pic16Writer<'_>, pin: &str, direction: bool) -> (u16, u8) {
 fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     let (Some(&first), Some(&last)) = (used.iter().min(), used.iter().max()) else { return };
     if used.len() <= MAX_UNROLLED_BYTES {
-        used.iter().for_each(|&addr| out.byte_op(Kind::Clrf, addr));
+        used.iter().for_each(|&addr| out.byte_op(Pic16OpKind::Clrf, addr));
         return;
     }
     // Clear all RAM from the first to the last byte in use. FSR has eight address bits, IRP is the ninth.
@@ -106,19 +106,19 @@ fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     out.set_byte(fsr, first as u8);
     let again = out.label();
     out.place(again);
-    out.byte_op(Kind::Clrf, chip.reg(Sfr::INDF));
+    out.byte_op(Pic16OpKind::Clrf, chip.reg(Sfr::INDF));
     let whole = |from: u16, to: u16| {
         (from..=to).all(|addr| matches!(chip.part.file_slot(addr), emu_pic16::chips::FileSlot::Ram(_)))
     };
     if first & 0x80 == 0 && whole(first, first | 0x7F) {
-        out.byte_op(Kind::IncfF, fsr);
+        out.byte_op(Pic16OpKind::IncfF, fsr);
         out.skip_unless((fsr, 7), false);
     } else if first & 0x80 != 0 && whole(first, first | 0x7F) {
-        out.byte_op(Kind::IncfszF, fsr);
+        out.byte_op(Pic16OpKind::IncfszF, fsr);
     } else {
-        out.byte_op(Kind::IncfF, fsr);
-        out.byte_op(Kind::MovfW, fsr);
-        out.literal_op(Kind::Xorlw, (last + 1) as u8);
+        out.byte_op(Pic16OpKind::IncfF, fsr);
+        out.byte_op(Pic16OpKind::MovfW, fsr);
+        out.literal_op(Pic16OpKind::Xorlw, (last + 1) as u8);
         out.skip_unless((STATUS, Z), false);
     }
     out.goto_back(again, 0x80);

@@ -1,6 +1,6 @@
 //! Formula over bits and comparisons that holds the state of a rung until code for it is needed.
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 
 use crate::ir::{RelationOp, WordComparison, WordId, WordOperand};
 
@@ -22,8 +22,8 @@ impl BitLiteral {
 
     /// Instruction that skips the next one if this literal is false.
     #[must_use]
-    pub fn skip_unless(self) -> Kind {
-        if self.is { Kind::Btfsc } else { Kind::Btfss }
+    pub fn skip_unless(self) -> Pic16OpKind {
+        if self.is { Pic16OpKind::Btfsc } else { Pic16OpKind::Btfss }
     }
 }
 

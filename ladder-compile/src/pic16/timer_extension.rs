@@ -8,7 +8,7 @@
 //! requires it, the timer stops for one cycle more. The prescaler is 1, because stopping and writing the
 //! timer would lose the content of a longer one.
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 use emu_pic16::periph::map::Sfr;
 
 use super::pacing::Pic16PeriodFraction;
@@ -55,7 +55,7 @@ pub fn count_overflow(out: &mut Pic16Writer<'_>, flag: (u16, u8), bytes: u8, ext
         out.set_bit(flag, false);
     }
     for at in (extension_at..).take(bytes.into()) {
-        out.byte_op(Kind::IncfszF, at);
+        out.byte_op(Pic16OpKind::IncfszF, at);
         out.goto_back(poll, 1);
     }
 }
@@ -81,19 +81,19 @@ impl Pic16Selector<'_, '_> {
         }
         self.add_constant(timer, 2, k as i32, true);
         while self.out.words_since(&stopped) < TIMER_STOP_CYCLES - 1 {
-            self.out.implied_op(Kind::Nop);
+            self.out.implied_op(Pic16OpKind::Nop);
         }
         self.out.set_bit(on, true);
         // Propagate the carry into RAM; it is set if an overflow since the match was consumed.
         let [_, _, more @ ..] = k.to_le_bytes();
         let mut may_carry = true;
         for (at, k) in (self.layout.extension..).zip(more).take(bytes.into()) {
-            self.out.literal_op(Kind::Movlw, k);
+            self.out.literal_op(Pic16OpKind::Movlw, k);
             if may_carry {
                 self.out.skip_unless((STATUS, C), true);
-                self.out.literal_op(Kind::Movlw, k.wrapping_add(1));
+                self.out.literal_op(Pic16OpKind::Movlw, k.wrapping_add(1));
             }
-            self.out.byte_op(Kind::Movwf, at);
+            self.out.byte_op(Pic16OpKind::Movwf, at);
             may_carry &= k == 0xFF;
         }
     }

@@ -1,6 +1,6 @@
 //! Selects moves, sums and differences of integers, and calls of the subroutines for other arithmetic.
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 
 use super::select::{Pic16Routine, Pic16Selector};
 use super::writer::{C, STATUS, Z};
@@ -35,8 +35,8 @@ impl Pic16Selector<'_, '_> {
                 let (from, source_bytes) = (self.layout.word(word), self.ir.bytes(word));
                 if from != to {
                     for n in 0..u16::from(source_bytes.min(bytes)) {
-                        self.out.byte_op(Kind::MovfW, from + n);
-                        self.out.byte_op(Kind::Movwf, to + n);
+                        self.out.byte_op(Pic16OpKind::MovfW, from + n);
+                        self.out.byte_op(Pic16OpKind::Movwf, to + n);
                     }
                 }
                 self.sign_extend(to, source_bytes, bytes);
@@ -47,9 +47,9 @@ impl Pic16Selector<'_, '_> {
     /// Sign-extends a value of `source_bytes` bytes to `bytes` bytes.
     pub fn sign_extend(&mut self, to: u16, source_bytes: u8, bytes: u8) {
         for n in u16::from(source_bytes)..u16::from(bytes) {
-            self.out.byte_op(Kind::Clrf, to + n);
+            self.out.byte_op(Pic16OpKind::Clrf, to + n);
             self.out.skip_unless((to + u16::from(source_bytes) - 1, 7), true);
-            self.out.byte_op(Kind::DecfF, to + n);
+            self.out.byte_op(Pic16OpKind::DecfF, to + n);
         }
     }
 
@@ -69,7 +69,7 @@ impl Pic16Selector<'_, '_> {
             (ArithmeticOp::Sub, WordOperand::Const(k), b @ WordOperand::Cell(_)) => {
                 // k - b = k + 1 + the complement of b.
                 self.copy_value(to, bytes, b);
-                (0..u16::from(bytes)).for_each(|n| self.out.byte_op(Kind::ComfF, to + n));
+                (0..u16::from(bytes)).for_each(|n| self.out.byte_op(Pic16OpKind::ComfF, to + n));
                 self.add_constant(to, bytes, k.wrapping_add(1), false);
             }
             (ArithmeticOp::Add, WordOperand::Cell(a), WordOperand::Cell(b)) => {
@@ -99,8 +99,8 @@ impl Pic16Selector<'_, '_> {
                 self.call(routine);
                 let result = if op == ArithmeticOp::Mul { self.operand(2, width) } else { first };
                 for n in 0..u16::from(bytes) {
-                    self.out.byte_op(Kind::MovfW, result + n);
-                    self.out.byte_op(Kind::Movwf, to + n);
+                    self.out.byte_op(Pic16OpKind::MovfW, result + n);
+                    self.out.byte_op(Pic16OpKind::Movwf, to + n);
                 }
             }
         }
@@ -112,12 +112,12 @@ impl Pic16Selector<'_, '_> {
         let second = self.widened_address(b, bytes, 1);
         self.copy_value(to, bytes, WordOperand::Cell(a));
         let kind = match op {
-            ArithmeticOp::And => Kind::AndwfF,
-            ArithmeticOp::Or => Kind::IorwfF,
-            _ => Kind::XorwfF,
+            ArithmeticOp::And => Pic16OpKind::AndwfF,
+            ArithmeticOp::Or => Pic16OpKind::IorwfF,
+            _ => Pic16OpKind::XorwfF,
         };
         for n in 0..u16::from(bytes) {
-            self.out.byte_op(Kind::MovfW, second + n);
+            self.out.byte_op(Pic16OpKind::MovfW, second + n);
             self.out.byte_op(kind, to + n);
         }
     }
@@ -126,11 +126,11 @@ impl Pic16Selector<'_, '_> {
     fn bitwise_constant(&mut self, op: ArithmeticOp, at: u16, k: u8) {
         let kind = match (op, k) {
             (ArithmeticOp::And, 0xFF) | (ArithmeticOp::Or | ArithmeticOp::Xor, 0) => return,
-            (ArithmeticOp::And, 0) => return self.out.byte_op(Kind::Clrf, at),
-            (ArithmeticOp::Xor, 0xFF) => return self.out.byte_op(Kind::ComfF, at),
-            (ArithmeticOp::And, _) => Kind::AndwfF,
-            (ArithmeticOp::Or, _) => Kind::IorwfF,
-            _ => Kind::XorwfF,
+            (ArithmeticOp::And, 0) => return self.out.byte_op(Pic16OpKind::Clrf, at),
+            (ArithmeticOp::Xor, 0xFF) => return self.out.byte_op(Pic16OpKind::ComfF, at),
+            (ArithmeticOp::And, _) => Pic16OpKind::AndwfF,
+            (ArithmeticOp::Or, _) => Pic16OpKind::IorwfF,
+            _ => Pic16OpKind::XorwfF,
         };
         self.out.select_bank(self.out.chip.reachable_banks(at));
         self.out.load_w(k);
@@ -151,14 +151,14 @@ impl Pic16Selector<'_, '_> {
         let kept_bytes = bytes - skipped;
         if from != to || skipped > 0 {
             for n in 0..kept_bytes {
-                self.out.byte_op(Kind::MovfW, from + skipped + n);
-                self.out.byte_op(Kind::Movwf, to + n);
+                self.out.byte_op(Pic16OpKind::MovfW, from + skipped + n);
+                self.out.byte_op(Pic16OpKind::Movwf, to + n);
             }
-            (kept_bytes..bytes).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
+            (kept_bytes..bytes).for_each(|n| self.out.byte_op(Pic16OpKind::Clrf, to + n));
         }
         for _ in 0..bits {
             self.out.set_bit((STATUS, C), false);
-            (0..kept_bytes).rev().for_each(|n| self.out.byte_op(Kind::RrfF, to + n));
+            (0..kept_bytes).rev().for_each(|n| self.out.byte_op(Pic16OpKind::RrfF, to + n));
         }
     }
 
@@ -186,8 +186,8 @@ impl Pic16Selector<'_, '_> {
             self.copy_value(x, bytes, WordOperand::Cell(a));
             self.add_or_subtract_in_place(op, x, y, bytes);
             for n in 0..u16::from(bytes) {
-                self.out.byte_op(Kind::MovfW, x + n);
-                self.out.byte_op(Kind::Movwf, to + n);
+                self.out.byte_op(Pic16OpKind::MovfW, x + n);
+                self.out.byte_op(Pic16OpKind::Movwf, to + n);
             }
             return;
         }
@@ -197,31 +197,33 @@ impl Pic16Selector<'_, '_> {
 
     /// Computes one or two bytes into another cell.
     fn add_or_subtract_short(&mut self, op: ArithmeticOp, to: u16, a: u16, b: u16, bytes: u8) {
-        let (kind, carry) = if op == ArithmeticOp::Add { (Kind::AddwfW, true) } else { (Kind::SubwfW, false) };
+        let (kind, carry) =
+            if op == ArithmeticOp::Add { (Pic16OpKind::AddwfW, true) } else { (Pic16OpKind::SubwfW, false) };
         let out = &mut self.out;
-        out.byte_op(Kind::MovfW, b);
+        out.byte_op(Pic16OpKind::MovfW, b);
         out.byte_op(kind, a);
-        out.byte_op(Kind::Movwf, to);
+        out.byte_op(Pic16OpKind::Movwf, to);
         if bytes == 2 {
-            out.byte_op(Kind::MovfW, b + 1);
+            out.byte_op(Pic16OpKind::MovfW, b + 1);
             out.skip_unless((STATUS, C), carry);
-            out.byte_op(Kind::IncfW, b + 1);
+            out.byte_op(Pic16OpKind::IncfW, b + 1);
             out.byte_op(kind, a + 1);
-            out.byte_op(Kind::Movwf, to + 1);
+            out.byte_op(Pic16OpKind::Movwf, to + 1);
         }
     }
 
     /// to := to + b or to - b, where one bank reaches both.
     fn add_or_subtract_in_place(&mut self, op: ArithmeticOp, to: u16, b: u16, bytes: u8) {
-        let (kind, carry) = if op == ArithmeticOp::Add { (Kind::AddwfF, true) } else { (Kind::SubwfF, false) };
+        let (kind, carry) =
+            if op == ArithmeticOp::Add { (Pic16OpKind::AddwfF, true) } else { (Pic16OpKind::SubwfF, false) };
         let out = &mut self.out;
         out.select_bank(out.common_banks(&[to, b]));
         for n in 0..u16::from(bytes) {
-            out.byte_op(Kind::MovfW, b + n);
+            out.byte_op(Pic16OpKind::MovfW, b + n);
             if n > 0 {
                 out.skip_unless((STATUS, C), carry);
                 // A byte of FFh with a carry changes nothing and preserves the carry.
-                out.byte_op(Kind::IncfszW, b + n);
+                out.byte_op(Pic16OpKind::IncfszW, b + n);
             }
             out.byte_op(kind, to + n);
         }
@@ -233,10 +235,10 @@ impl Pic16Selector<'_, '_> {
         let k: Vec<u8> = k.to_le_bytes().into_iter().take(bytes.into()).collect();
         let top = u16::from(bytes) - 1;
         if !carry && k.first() == Some(&1) && k.iter().skip(1).all(|&k| k == 0) {
-            out.byte_op(Kind::IncfF, at);
+            out.byte_op(Pic16OpKind::IncfF, at);
             for n in 1..=top {
                 out.skip_unless((STATUS, Z), true);
-                out.byte_op(Kind::IncfF, at + n);
+                out.byte_op(Pic16OpKind::IncfF, at + n);
             }
             return;
         }
@@ -248,27 +250,27 @@ impl Pic16Selector<'_, '_> {
                 (false, k) => {
                     out.select_bank(out.chip.reachable_banks(n));
                     out.load_w(k);
-                    out.byte_op(Kind::AddwfF, n);
+                    out.byte_op(Pic16OpKind::AddwfF, n);
                 }
                 (true, 0) if last => {
                     out.skip_unless((STATUS, C), true);
-                    out.byte_op(Kind::IncfF, n);
+                    out.byte_op(Pic16OpKind::IncfF, n);
                 }
                 (true, 0xFF) if last => {
                     out.skip_unless((STATUS, C), false);
-                    out.byte_op(Kind::DecfF, n);
+                    out.byte_op(Pic16OpKind::DecfF, n);
                 }
                 (true, 0xFF) => {
                     // With a carry, nothing changes and the carry is preserved.
                     out.load_w(0xFF);
                     out.skip_unless((STATUS, C), false);
-                    out.byte_op(Kind::AddwfF, n);
+                    out.byte_op(Pic16OpKind::AddwfF, n);
                 }
                 (true, k) => {
                     out.load_w(k);
                     out.skip_unless((STATUS, C), true);
-                    out.literal_op(Kind::Movlw, k + 1);
-                    out.byte_op(Kind::AddwfF, n);
+                    out.literal_op(Pic16OpKind::Movlw, k + 1);
+                    out.byte_op(Pic16OpKind::AddwfF, n);
                 }
             }
             any = true;

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use emu_pic16::isa::Kind;
+use emu_pic16::isa::Pic16OpKind;
 
 use super::arch::{self, PAGE, Pic16Arch, Pic16Jump};
 use super::chip_data::{ANY_BANK, BankSet, Pic16ChipData};
@@ -33,9 +33,9 @@ pub struct Pic16Label(u32);
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Pic16Item {
     /// An instruction, and extra cycles beyond those of its row.
-    Op(Kind, Vec<i32>, u32),
+    Op(Pic16OpKind, Vec<i32>, u32),
     /// MOVLW or ADDLW with a byte of a label's address.
-    LabelByte(Kind, Pic16Label, u8),
+    LabelByte(Pic16OpKind, Pic16Label, u8),
     /// GOTO, forward.
     Goto(Pic16Label),
     /// GOTO backward, and the maximum number of times in a row that it is taken.
@@ -204,14 +204,20 @@ impl<'a> Pic16Writer<'a> {
         matches!(self.items.last(), Some(Pic16Item::Op(kind, ..)) if arch::is_skip(*kind))
     }
 
-    fn push(&mut self, kind: Kind, operands: &[u16], extra: u32) {
-        use Kind::{Bcf, Bsf, Btfsc, Btfss, Clrf, DecfszF, IncfszF, Movlw, Movwf};
+    fn push(&mut self, kind: Pic16OpKind, operands: &[u16], extra: u32) {
+        use Pic16OpKind::{Bcf, Bsf, Btfsc, Btfss, Clrf, DecfszF, IncfszF, Movlw, Movwf};
         let conditional = self.after_skip();
         match kind {
             Movlw if !conditional => self.w = operands.first().map(|&k| k as u8),
             Bcf | Bsf | Btfsc | Btfss | Clrf | DecfszF | IncfszF | Movwf => {}
-            Kind::IncfF | Kind::DecfF | Kind::AddwfF | Kind::SubwfF | Kind::XorwfF | Kind::IorwfF | Kind::AndwfF => {}
-            Kind::RlfF | Kind::RrfF | Kind::ComfF | Kind::MovfF | Kind::Nop => {}
+            Pic16OpKind::IncfF
+            | Pic16OpKind::DecfF
+            | Pic16OpKind::AddwfF
+            | Pic16OpKind::SubwfF
+            | Pic16OpKind::XorwfF
+            | Pic16OpKind::IorwfF
+            | Pic16OpKind::AndwfF => {}
+            Pic16OpKind::RlfF | Pic16OpKind::RrfF | Pic16OpKind::ComfF | Pic16OpKind::MovfF | Pic16OpKind::Nop => {}
             _ => self.w = None,
         }
         self.items.push(Pic16Item::Op(kind, operands.iter().map(|&o| i32::from(o)).collect(), extra));
@@ -244,7 +250,7 @@ impl<'a> Pic16Writer<'a> {
         if let Some(changes) = CHANGES.iter().find(|changes| after(changes) & !allowed == 0) {
             let banks = after(changes);
             for &(bit, value) in *changes {
-                self.push(if value { Kind::Bsf } else { Kind::Bcf }, &[STATUS, bit.into()], 0);
+                self.push(if value { Pic16OpKind::Bsf } else { Pic16OpKind::Bcf }, &[STATUS, bit.into()], 0);
             }
             self.banks = banks;
         }
@@ -257,44 +263,44 @@ impl<'a> Pic16Writer<'a> {
     }
 
     /// Emits an instruction on a byte of data memory.
-    pub fn byte_op(&mut self, kind: Kind, addr: u16) {
+    pub fn byte_op(&mut self, kind: Pic16OpKind, addr: u16) {
         self.select_bank(self.chip.reachable_banks(addr));
         self.push(kind, &[addr & 0x7F], 0);
     }
 
     /// Emits an instruction on a bit of data memory.
-    pub fn bit_op(&mut self, kind: Kind, (addr, bit): (u16, u8)) {
+    pub fn bit_op(&mut self, kind: Pic16OpKind, (addr, bit): (u16, u8)) {
         self.select_bank(self.chip.reachable_banks(addr));
         self.push(kind, &[addr & 0x7F, bit.into()], 0);
     }
 
     /// Emits an instruction that sets or clears a bit.
     pub fn set_bit(&mut self, at: (u16, u8), value: bool) {
-        self.bit_op(if value { Kind::Bsf } else { Kind::Bcf }, at);
+        self.bit_op(if value { Pic16OpKind::Bsf } else { Pic16OpKind::Bcf }, at);
     }
 
     /// Emits a skip: the next instruction is executed only if the bit has the value.
     pub fn skip_unless(&mut self, at: (u16, u8), value: bool) {
-        self.bit_op(if value { Kind::Btfsc } else { Kind::Btfss }, at);
+        self.bit_op(if value { Pic16OpKind::Btfsc } else { Pic16OpKind::Btfss }, at);
     }
 
     /// Emits an instruction with a constant operand.
-    pub fn literal_op(&mut self, kind: Kind, k: u8) {
+    pub fn literal_op(&mut self, kind: Pic16OpKind, k: u8) {
         self.push(kind, &[k.into()], 0);
     }
 
     /// Emits an instruction without an operand.
-    pub fn implied_op(&mut self, kind: Kind) {
+    pub fn implied_op(&mut self, kind: Pic16OpKind) {
         self.push(kind, &[], 0);
     }
 
     /// Emits MOVWF PCL, which takes one cycle more than other byte instructions.
     pub fn computed_goto(&mut self, pcl: u16) {
-        self.push(Kind::Movwf, &[pcl], 1);
+        self.push(Pic16OpKind::Movwf, &[pcl], 1);
     }
 
     /// Emits MOVLW or ADDLW with a byte of a label's address.
-    pub fn label_byte(&mut self, kind: Kind, label: Pic16Label, byte: u8) {
+    pub fn label_byte(&mut self, kind: Pic16OpKind, label: Pic16Label, byte: u8) {
         self.items.push(Pic16Item::LabelByte(kind, label, byte));
         self.w = None;
     }
@@ -302,18 +308,18 @@ impl<'a> Pic16Writer<'a> {
     /// Emits W := k, unless W already holds it.
     pub fn load_w(&mut self, k: u8) {
         if self.w != Some(k) {
-            self.literal_op(Kind::Movlw, k);
+            self.literal_op(Pic16OpKind::Movlw, k);
         }
     }
 
     /// Emits the byte at `addr` := k.
     pub fn set_byte(&mut self, addr: u16, k: u8) {
         if k == 0 {
-            self.byte_op(Kind::Clrf, addr);
+            self.byte_op(Pic16OpKind::Clrf, addr);
         } else {
             self.select_bank(self.chip.reachable_banks(addr));
             self.load_w(k);
-            self.byte_op(Kind::Movwf, addr);
+            self.byte_op(Pic16OpKind::Movwf, addr);
         }
     }
 }

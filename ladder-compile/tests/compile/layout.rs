@@ -1,10 +1,10 @@
 //! Tests in random layouts around the limits of pages and reaches that relaxation terminates and every jump
 //! reaches its label.
 
-use emu_8051::isa::Kind as Mcs51Kind;
-use emu_avr::isa::Kind as AvrKind;
+use emu_8051::isa::Mcs51OpKind;
+use emu_avr::isa::AvrOpKind;
 use emu_core::rng::Rng;
-use emu_pic16::isa::Kind as PicKind;
+use emu_pic16::isa::Pic16OpKind;
 use ladder_compile::code::{CodeLabel, CodeWriter, FinishedCode, MAX_FORM_LEVEL, TargetArch};
 use ladder_compile::pic16::arch::{PAGE, Pic16Arch};
 use ladder_compile::pic16::chip_data::Pic16ChipData;
@@ -86,7 +86,7 @@ fn one_length<A: TargetArch>(arch: &A, jumps: &[A::JumpForm], limit: u64, seed: 
 }
 
 const AVR_JUMPS: [avr::arch::AvrJump; 3] =
-    [avr::arch::AvrJump::If(AvrKind::Breq), avr::arch::AvrJump::To, avr::arch::AvrJump::Call];
+    [avr::arch::AvrJump::If(AvrOpKind::Breq), avr::arch::AvrJump::To, avr::arch::AvrJump::Call];
 
 #[test]
 fn avr_forms_end_and_reach() {
@@ -101,9 +101,9 @@ fn avr_forms_end_and_reach() {
 const MCS51_JUMPS: [mcs51::arch::Mcs51Jump; 5] = [
     mcs51::arch::Mcs51Jump::Unconditional,
     mcs51::arch::Mcs51Jump::Call,
-    mcs51::arch::Mcs51Jump::Conditional(Mcs51Kind::Jb, [0x20, 0], 1),
-    mcs51::arch::Mcs51Jump::Conditional(Mcs51Kind::Jbc, [0x20, 0], 1),
-    mcs51::arch::Mcs51Jump::Conditional(Mcs51Kind::DjnzDir, [0x30, 0], 1),
+    mcs51::arch::Mcs51Jump::Conditional(Mcs51OpKind::Jb, [0x20, 0], 1),
+    mcs51::arch::Mcs51Jump::Conditional(Mcs51OpKind::Jbc, [0x20, 0], 1),
+    mcs51::arch::Mcs51Jump::Conditional(Mcs51OpKind::DjnzDir, [0x30, 0], 1),
 ];
 
 #[test]
@@ -142,7 +142,7 @@ fn pic16_pages_end_and_reach() {
             let label = out.label();
             out.place(label);
             random_filling(&mut out, rng.below(700), rng, &subroutines);
-            out.implied_op(PicKind::Return);
+            out.implied_op(Pic16OpKind::Return);
             subroutines.push(label);
         }
         let poll = out.label();
@@ -172,7 +172,7 @@ fn random_filling(out: &mut Pic16Writer<'_>, words: u64, rng: &mut Rng, subrouti
         let label = subroutines.get(rng.below(60) as usize);
         match label {
             Some(&label) => out.call(label, 0b1111, None),
-            None => out.implied_op(PicKind::Nop),
+            None => out.implied_op(Pic16OpKind::Nop),
         }
     }
 }

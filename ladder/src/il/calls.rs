@@ -6,7 +6,7 @@ use super::codes;
 use super::flow::ResultType;
 use super::functions::{FunctionKind, function};
 use super::model::{IlCondition, IlName, IlOperand, IlOperandKind, IlParameter};
-use super::resolve::{Resolver, concrete};
+use super::resolve::{IlResolver, concrete};
 use super::steps::{BlockCall, BlockOutput, FunctionCall, IlAction, IlFunction, IlSource, TypedSymbol};
 use super::symbols::constant;
 use super::types::{BlockPart, IecType, IlLiteral, IlValue, StandardBlock};
@@ -15,7 +15,7 @@ use super::write::operand_text;
 /// A value and its type.
 type TypedSource = (IlSource, ResultType);
 
-impl Resolver<'_> {
+impl IlResolver<'_> {
     /// Returns the input `part` of the instance that the operand names; `None` if it names none.
     pub(super) fn input_of(&self, operand: &IlOperand, part: &str) -> Option<BlockPart> {
         let IlOperandKind::Variable { name, member: None } = &operand.kind else { return None };

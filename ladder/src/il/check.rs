@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use diag::{Diagnostic, Pos, Severity};
 
 use super::codes;
-use super::flow::{LineTypes, Mismatch, ResultType, follow};
+use super::flow::{LineTypes, ResultType, TypeMismatch, follow};
 use super::model::{IlBinaryOperand, IlBinaryOperator, IlCondition, IlInstruction, IlOperand, IlOperation, IlProgram};
 use super::types::{IecType, StandardBlock};
 
@@ -20,7 +20,7 @@ mod values;
 /// positions.
 #[must_use]
 pub fn check(program: &IlProgram) -> Vec<Diagnostic> {
-    let mut checker = Checker::new(program);
+    let mut checker = IlChecker::new(program);
     let before = checker.follow().before;
     let (_, openers) = super::links::parentheses(program);
     checker.is_reporting = true;
@@ -38,17 +38,17 @@ pub fn check(program: &IlProgram) -> Vec<Diagnostic> {
 /// Returns the type of the current result after each line of the program.
 #[must_use]
 pub fn result_types(program: &IlProgram) -> Vec<ResultType> {
-    Checker::new(program).follow().after
+    IlChecker::new(program).follow().after
 }
 
 /// Returns the types of the current result before and after each line of the program.
 pub(super) fn types_around(program: &IlProgram) -> LineTypes {
-    Checker::new(program).follow()
+    IlChecker::new(program).follow()
 }
 
 const BOOL: ResultType = ResultType::Of(IecType::Bool);
 
-struct Checker<'a> {
+struct IlChecker<'a> {
     program: &'a IlProgram,
     /// Index of each variable by its name in capitals.
     variables: BTreeMap<String, usize>,
@@ -60,7 +60,7 @@ struct Checker<'a> {
     diagnostics: Vec<Diagnostic>,
 }
 
-impl<'a> Checker<'a> {
+impl<'a> IlChecker<'a> {
     fn new(program: &'a IlProgram) -> Self {
         let names = program.variables.iter().enumerate();
         let variables = names.map(|(index, v)| (v.name.text.to_ascii_uppercase(), index)).collect();
@@ -69,7 +69,7 @@ impl<'a> Checker<'a> {
             _ => None,
         });
         let implied_blocks = short.collect();
-        Checker {
+        IlChecker {
             program,
             variables,
             implied_blocks,
@@ -303,8 +303,8 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn mismatch(&mut self, mismatch: &Mismatch, wanted: &ResultType, found: &ResultType, pos: Pos, operator: &str) {
-        if matches!(mismatch, Mismatch::Range) {
+    fn mismatch(&mut self, mismatch: &TypeMismatch, wanted: &ResultType, found: &ResultType, pos: Pos, operator: &str) {
+        if matches!(mismatch, TypeMismatch::Range) {
             let (number, other) =
                 if matches!(wanted, ResultType::Number(_)) { (wanted, found) } else { (found, wanted) };
             let cause = format!("{operator}: {number} does not fit {other}");

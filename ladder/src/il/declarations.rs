@@ -3,10 +3,10 @@
 use diag::Pos;
 
 use super::codes;
-use super::lexer::TokenKind;
+use super::lexer::IlTokenKind;
 use super::literals::{self, read_address};
 use super::model::{IlName, IlQualifier, IlSection, IlVariable};
-use super::reader::{IlReader, Skip, comment_lines, shown};
+use super::reader::{FaultReported, IlReader, comment_lines, shown};
 use super::types::{DirectAddress, IecType, IlLiteral, StandardBlock};
 
 const HINT: &str = "write `name : TYPE;`, `a, b : TYPE := value;` or `name AT %QX0.0 : TYPE;`";
@@ -38,7 +38,7 @@ impl IlReader<'_> {
             if token.is_word("END_VAR") {
                 return self.advance();
             }
-            if token.kind == TokenKind::End || token.is_word("END_PROGRAM") {
+            if token.kind == IlTokenKind::End || token.is_word("END_PROGRAM") {
                 return self.error(
                     codes::IL_DECLARATION,
                     pos,
@@ -53,7 +53,7 @@ impl IlReader<'_> {
     }
 
     fn skip_declaration(&mut self) {
-        while self.raw().kind != TokenKind::End && !self.raw().is_word("END_VAR") && !self.raw().is(";") {
+        while self.raw().kind != IlTokenKind::End && !self.raw().is_word("END_VAR") && !self.raw().is(";") {
             self.advance();
         }
         if self.raw().is(";") {
@@ -62,7 +62,7 @@ impl IlReader<'_> {
         let _ = self.take_comment();
     }
 
-    fn declaration(&mut self, section: IlSection, qualifier: Option<IlQualifier>) -> Result<(), Skip> {
+    fn declaration(&mut self, section: IlSection, qualifier: Option<IlQualifier>) -> Result<(), FaultReported> {
         let mut names = vec![self.name("a name", HINT)?];
         while self.take_symbol(",") {
             self.peek_past_lines();
@@ -83,7 +83,7 @@ impl IlReader<'_> {
             return self.skip(codes::IL_DECLARATION, end.pos, cause, HINT);
         }
         let mut comment = self.take_comment();
-        while self.raw().kind == TokenKind::Comment && self.raw().pos.line == end.pos.line {
+        while self.raw().kind == IlTokenKind::Comment && self.raw().pos.line == end.pos.line {
             let more = comment_lines(self.raw().text).join(" ");
             self.advance();
             if !more.is_empty() {
@@ -98,13 +98,13 @@ impl IlReader<'_> {
         Ok(())
     }
 
-    fn location(&mut self, names: &[IlName]) -> Result<Option<DirectAddress>, Skip> {
+    fn location(&mut self, names: &[IlName]) -> Result<Option<DirectAddress>, FaultReported> {
         if !self.peek_past_lines().is_word("AT") {
             return Ok(None);
         }
         self.advance();
         let token = self.peek_past_lines();
-        if token.kind != TokenKind::Address {
+        if token.kind != IlTokenKind::Address {
             let cause = format!("an address is missing before {}", shown(&token));
             return self.skip(codes::IL_ADDRESS, token.pos, cause, HINT);
         }
@@ -121,21 +121,21 @@ impl IlReader<'_> {
             Ok(address) => Ok(Some(address)),
             Err(refusal) => {
                 self.refuse(token.pos, refusal);
-                Err(Skip)
+                Err(FaultReported)
             }
         }
     }
 
-    fn type_name(&mut self) -> Result<IecType, Skip> {
+    fn type_name(&mut self) -> Result<IecType, FaultReported> {
         let token = self.peek_past_lines();
-        if token.kind != TokenKind::Word {
+        if token.kind != IlTokenKind::Word {
             let cause = format!("a type is missing before {}", shown(&token));
             return self.skip(codes::IL_DECLARATION, token.pos, cause, HINT);
         }
         self.advance();
         if let Some(refusal) = literals::refused_type(token.text) {
             self.refuse(token.pos, refusal);
-            return Err(Skip);
+            return Err(FaultReported);
         }
         if ["ARRAY", "STRUCT"].iter().any(|word| token.is_word(word)) {
             let hint = "declare a variable for each element";
@@ -150,7 +150,7 @@ impl IlReader<'_> {
         Ok(IecType::Named(token.text.to_owned()))
     }
 
-    fn initial_value(&mut self, iec_type: &IecType) -> Result<IlLiteral, Skip> {
+    fn initial_value(&mut self, iec_type: &IecType) -> Result<IlLiteral, FaultReported> {
         let token = self.peek_past_lines();
         if iec_type.is_block() {
             let hint = "set the inputs by CAL";

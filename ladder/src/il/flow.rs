@@ -46,7 +46,7 @@ impl fmt::Display for ResultType {
 }
 
 /// Why two types do not fit.
-pub(super) enum Mismatch {
+pub(super) enum TypeMismatch {
     /// The types differ.
     Types,
     /// The number does not fit the type.
@@ -60,10 +60,10 @@ impl ResultType {
     }
 
     /// Returns the type of two values that are used together.
-    pub(super) fn unify(&self, other: &ResultType) -> Result<ResultType, Mismatch> {
+    pub(super) fn unify(&self, other: &ResultType) -> Result<ResultType, TypeMismatch> {
         use ResultType::{Number, Of, Sized, Unknown};
         let number_in = |value: &Option<i64>, range: RangeInclusive<i64>, unified: &ResultType| match value {
-            Some(value) if !range.contains(value) => Err(Mismatch::Range),
+            Some(value) if !range.contains(value) => Err(TypeMismatch::Range),
             _ => Ok(unified.clone()),
         };
         match (self, other) {
@@ -71,7 +71,7 @@ impl ResultType {
             (Number(_), Number(_)) => Ok(Number(None)),
             (Number(value), typed @ Of(iec_type)) | (typed @ Of(iec_type), Number(value)) => match iec_type.range() {
                 Some(range) => number_in(value, range, typed),
-                None => Err(Mismatch::Types),
+                None => Err(TypeMismatch::Types),
             },
             (Number(value), sized @ Sized(bits)) | (sized @ Sized(bits), Number(value)) => {
                 let half = 1_i64 << (bits - 1).min(61);
@@ -81,7 +81,7 @@ impl ResultType {
                 Ok(typed.clone())
             }
             (a, b) if a == b => Ok(a.clone()),
-            _ => Err(Mismatch::Types),
+            _ => Err(TypeMismatch::Types),
         }
     }
 
@@ -111,7 +111,9 @@ pub(super) fn size_of(iec_type: &IecType) -> u32 {
 
 /// Types of the result before and after each line.
 pub(super) struct LineTypes {
+    /// Before each line.
     pub before: Vec<ResultType>,
+    /// After each line.
     pub after: Vec<ResultType>,
 }
 

@@ -23,6 +23,7 @@ pub(super) enum FunctionKind {
 /// A standard function.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct StandardFunction {
+    /// What it computes.
     pub kind: FunctionKind,
     /// Names of the arguments; the last one repeats with rising numbers if it ends with a digit.
     pub names: &'static [&'static str],

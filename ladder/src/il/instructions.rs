@@ -4,10 +4,10 @@ use diag::{Pos, nearest};
 
 use super::codes;
 use super::functions::{function, standard_functions};
-use super::lexer::{Token, TokenKind};
+use super::lexer::{IlToken, IlTokenKind};
 use super::model::{IlBinaryOperand, IlBinaryOperator, IlInstruction, IlName, IlOperand, IlOperation, IlParameter};
-use super::operators::{Keyword, all_keywords, keyword, modifier_hint, vendor_mnemonic, wrong_modifier};
-use super::reader::{IlReader, MAX_IL_DEPTH, Skip, shown};
+use super::operators::{IlKeyword, all_keywords, keyword, modifier_hint, vendor_mnemonic, wrong_modifier};
+use super::reader::{FaultReported, IlReader, MAX_IL_DEPTH, shown};
 use super::types::StandardBlock;
 
 /// Longest label (reference 001).
@@ -19,7 +19,7 @@ impl<'a> IlReader<'a> {
         let mut line = IlInstruction::default();
         let first = self.peek();
         line.pos = first.pos;
-        let is_word = matches!(first.kind, TokenKind::Word | TokenKind::Number);
+        let is_word = matches!(first.kind, IlTokenKind::Word | IlTokenKind::Number);
         if is_word && self.look_ahead::<1>()[0].is(":") {
             self.check_label(&first);
             line.label = Some(IlName { text: first.text.to_owned(), pos: first.pos });
@@ -27,14 +27,14 @@ impl<'a> IlReader<'a> {
             self.take_symbol(":");
         }
         let token = self.peek();
-        if !matches!(token.kind, TokenKind::Newline | TokenKind::End) {
+        if !matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) {
             line.pos = token.pos;
             match self.operation() {
                 Ok(operation) => {
                     line.operation = Some(operation);
                     self.expect_line_end();
                 }
-                Err(Skip) => self.skip_line(),
+                Err(FaultReported) => self.skip_line(),
             }
         }
         line.comment = self.take_comment();
@@ -43,7 +43,7 @@ impl<'a> IlReader<'a> {
         }
     }
 
-    fn check_label(&mut self, label: &Token<'a>) {
+    fn check_label(&mut self, label: &IlToken<'a>) {
         let cause = if !label.text.starts_with(|c: char| c.is_ascii_alphabetic()) {
             format!("the label `{}` does not begin with a letter", label.text)
         } else if label.text.len() > MAX_LABEL {
@@ -58,7 +58,7 @@ impl<'a> IlReader<'a> {
     fn expect_line_end(&mut self) {
         let token = self.peek();
         // A `)` may follow on the same line; the writer gives it its own line.
-        if matches!(token.kind, TokenKind::Newline | TokenKind::End) || token.is(")") {
+        if matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) || token.is(")") {
             return;
         }
         let hint = if token.is(",") {
@@ -70,7 +70,7 @@ impl<'a> IlReader<'a> {
         self.skip_line();
     }
 
-    fn operation(&mut self) -> Result<IlOperation, Skip> {
+    fn operation(&mut self) -> Result<IlOperation, FaultReported> {
         let token = self.peek();
         self.advance();
         if token.is(")") {
@@ -79,11 +79,11 @@ impl<'a> IlReader<'a> {
         let mut word = token.text.to_owned();
         if token.is("&") {
             word.push_str(self.take_modifier_of_ampersand(token.pos));
-        } else if token.kind != TokenKind::Word && !token.is("=") {
+        } else if token.kind != IlTokenKind::Word && !token.is("=") {
             let hint = "begin the line with an operator such as LD, AND or ST";
             return self.skip(codes::IL_CHARACTER, token.pos, format!("{} is no operator", shown(&token)), hint);
         }
-        let operator = Operator { word: word.to_ascii_uppercase(), pos: token.pos };
+        let operator = OperatorWord { word: word.to_ascii_uppercase(), pos: token.pos };
         if let Some(keyword) = keyword(&operator.word) {
             self.refuse_not_after(&operator)?;
             return self.operands_of(keyword, &operator);
@@ -105,7 +105,7 @@ impl<'a> IlReader<'a> {
         let is_modifier = ["N", "C", "CN", "NC"].iter().any(|modifier| word.is_word(modifier));
         let is_joined = word.pos.line == pos.line && word.pos.column == pos.column + 1;
         let [next] = self.look_ahead();
-        let has_operand = next.pos.line == pos.line && !next.is(",") && !next.is(")") && next.kind != TokenKind::End;
+        let has_operand = next.pos.line == pos.line && !next.is(",") && !next.is(")") && next.kind != IlTokenKind::End;
         if !(is_modifier && is_joined && has_operand) {
             return "";
         }
@@ -114,7 +114,7 @@ impl<'a> IlReader<'a> {
     }
 
     /// Reports `LD NOT x`, `AND NOT x`, `OUT NOT x` and `AND LD` of Omron.
-    fn refuse_not_after(&mut self, operator: &Operator) -> Result<(), Skip> {
+    fn refuse_not_after(&mut self, operator: &OperatorWord) -> Result<(), FaultReported> {
         let token = self.peek();
         let base = operator.word.as_str();
         let iec = match base {
@@ -129,17 +129,17 @@ impl<'a> IlReader<'a> {
     fn look_ahead_is_line_end(&self) -> bool {
         let line = self.raw().pos.line;
         let [next] = self.look_ahead();
-        next.kind == TokenKind::End || next.pos.line != line
+        next.kind == IlTokenKind::End || next.pos.line != line
     }
 
-    fn operands_of(&mut self, keyword: Keyword, operator: &Operator) -> Result<IlOperation, Skip> {
-        if let Keyword::Binary { operator: binary, negated } = keyword {
+    fn operands_of(&mut self, keyword: IlKeyword, operator: &OperatorWord) -> Result<IlOperation, FaultReported> {
+        if let IlKeyword::Binary { operator: binary, negated } = keyword {
             return self.binary(binary, negated, operator);
         }
         let token = self.peek();
-        let is_call = matches!(keyword, Keyword::Call(_));
+        let is_call = matches!(keyword, IlKeyword::Call(_));
         if token.is("(") && !is_call {
-            if let Keyword::Block(block) = keyword {
+            if let IlKeyword::Block(block) = keyword {
                 let hint = format!("declare an instance, `T1 : {};`, and write CAL T1(..)", block.keyword());
                 let cause = format!("{} is the type of a block, not an instance", operator.word);
                 return self.skip(codes::IL_NO_BLOCK, operator.pos, cause, hint);
@@ -149,31 +149,31 @@ impl<'a> IlReader<'a> {
             return self.skip(codes::IL_MODIFIER, token.pos, cause, modifier_hint(base));
         }
         Ok(match keyword {
-            Keyword::Load { negated } => IlOperation::Load { negated, operand: self.operand_of(operator)? },
-            Keyword::Store { negated } => IlOperation::Store { negated, target: self.target_of(operator)? },
-            Keyword::Set => IlOperation::Set(self.target_of(operator)?),
-            Keyword::Reset => IlOperation::Reset(self.target_of(operator)?),
-            Keyword::Not => self.without_operand(operator, IlOperation::Not)?,
-            Keyword::Return(condition) => self.without_operand(operator, IlOperation::Return(condition))?,
-            Keyword::Jump(condition) => IlOperation::Jump { condition, label: self.jump_label(operator)? },
-            Keyword::Call(condition) => {
+            IlKeyword::Load { negated } => IlOperation::Load { negated, operand: self.operand_of(operator)? },
+            IlKeyword::Store { negated } => IlOperation::Store { negated, target: self.target_of(operator)? },
+            IlKeyword::Set => IlOperation::Set(self.target_of(operator)?),
+            IlKeyword::Reset => IlOperation::Reset(self.target_of(operator)?),
+            IlKeyword::Not => self.without_operand(operator, IlOperation::Not)?,
+            IlKeyword::Return(condition) => self.without_operand(operator, IlOperation::Return(condition))?,
+            IlKeyword::Jump(condition) => IlOperation::Jump { condition, label: self.jump_label(operator)? },
+            IlKeyword::Call(condition) => {
                 let instance = self.instance(operator)?;
                 let parameters = if self.take_symbol("(") { self.parameters()? } else { Vec::new() };
                 IlOperation::Call { condition, instance, parameters }
             }
-            Keyword::Input(input) => IlOperation::BlockInput { input, instance: self.instance(operator)? },
-            Keyword::Block(block) => self.short_block(block, operator)?,
-            Keyword::Binary { .. } => return Err(Skip), // handled above
+            IlKeyword::Input(input) => IlOperation::BlockInput { input, instance: self.instance(operator)? },
+            IlKeyword::Block(block) => self.short_block(block, operator)?,
+            IlKeyword::Binary { .. } => return Err(FaultReported), // handled above
         })
     }
 
-    fn operand_of(&mut self, operator: &Operator) -> Result<IlOperand, Skip> {
+    fn operand_of(&mut self, operator: &OperatorWord) -> Result<IlOperand, FaultReported> {
         let hint = format!("write {} and a variable, an address or a literal", operator.word);
         let what = format!("the operand of {}", operator.word);
         self.operand(codes::IL_OPERAND_MISSING, &what, &hint)
     }
 
-    fn target_of(&mut self, operator: &Operator) -> Result<IlOperand, Skip> {
+    fn target_of(&mut self, operator: &OperatorWord) -> Result<IlOperand, FaultReported> {
         let hint = format!("write {} and a variable or an address such as %QX0.0", operator.word);
         let what = format!("the operand of {}", operator.word);
         let target = self.operand(codes::IL_OPERAND_MISSING, &what, &hint)?;
@@ -181,28 +181,32 @@ impl<'a> IlReader<'a> {
         Ok(target)
     }
 
-    fn without_operand(&mut self, operator: &Operator, operation: IlOperation) -> Result<IlOperation, Skip> {
+    fn without_operand(
+        &mut self,
+        operator: &OperatorWord,
+        operation: IlOperation,
+    ) -> Result<IlOperation, FaultReported> {
         let token = self.peek();
-        if matches!(token.kind, TokenKind::Newline | TokenKind::End) || token.is(")") {
+        if matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) || token.is(")") {
             return Ok(operation);
         }
         let cause = format!("{} takes no operand, but {} follows", operator.word, shown(&token));
         self.skip(codes::IL_OPERAND, token.pos, cause, format!("write {} alone", operator.word))
     }
 
-    fn jump_label(&mut self, operator: &Operator) -> Result<IlName, Skip> {
+    fn jump_label(&mut self, operator: &OperatorWord) -> Result<IlName, FaultReported> {
         let token = self.peek();
         let hint = format!("write {} and a label", operator.word);
-        if matches!(token.kind, TokenKind::Word | TokenKind::Newline | TokenKind::End) {
+        if matches!(token.kind, IlTokenKind::Word | IlTokenKind::Newline | IlTokenKind::End) {
             return self.name("the label", &hint);
         }
         self.skip(codes::IL_OPERAND, token.pos, format!("{} is no label", shown(&token)), hint)
     }
 
-    fn instance(&mut self, operator: &Operator) -> Result<IlName, Skip> {
+    fn instance(&mut self, operator: &OperatorWord) -> Result<IlName, FaultReported> {
         let token = self.peek();
         let hint = format!("write {} and the name of an instance, declared as in `T1 : TON;`", operator.word);
-        if matches!(token.kind, TokenKind::Word | TokenKind::Newline | TokenKind::End) {
+        if matches!(token.kind, IlTokenKind::Word | IlTokenKind::Newline | IlTokenKind::End) {
             let name = self.name("the instance", &hint)?;
             if !self.raw().is(".") {
                 return Ok(name);
@@ -212,7 +216,7 @@ impl<'a> IlReader<'a> {
         self.skip(codes::IL_NO_BLOCK, token.pos, format!("{} is no function block", shown(&token)), hint)
     }
 
-    fn short_block(&mut self, block: StandardBlock, operator: &Operator) -> Result<IlOperation, Skip> {
+    fn short_block(&mut self, block: StandardBlock, operator: &OperatorWord) -> Result<IlOperation, FaultReported> {
         let Some(preset) = block.preset() else {
             let cause = format!("{} has no short form, because it has no preset", operator.word);
             let hint = format!("declare an instance, `B1 : {};`, and call it with CAL", operator.word);
@@ -229,7 +233,12 @@ impl<'a> IlReader<'a> {
         Ok(IlOperation::ShortBlock { block, instance, preset })
     }
 
-    fn binary(&mut self, binary: IlBinaryOperator, negated: bool, operator: &Operator) -> Result<IlOperation, Skip> {
+    fn binary(
+        &mut self,
+        binary: IlBinaryOperator,
+        negated: bool,
+        operator: &OperatorWord,
+    ) -> Result<IlOperation, FaultReported> {
         if self.peek().is("(") {
             if !negated && self.is_formal_call() {
                 self.advance();
@@ -240,7 +249,7 @@ impl<'a> IlReader<'a> {
             self.advance();
             self.open(operator.pos);
             let token = self.peek();
-            let is_alone = matches!(token.kind, TokenKind::Newline | TokenKind::End) || token.is(")");
+            let is_alone = matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) || token.is(")");
             let operand = if is_alone { None } else { Some(self.operand_of(operator)?) };
             let operand = IlBinaryOperand::Deferred(operand);
             return Ok(IlOperation::Binary { operator: binary, negated, operand });
@@ -257,12 +266,13 @@ impl<'a> IlReader<'a> {
     /// Whether named parameters follow after `(`: then it begins the parameters of a function.
     fn is_formal_call(&self) -> bool {
         let [first, second, third] = self.look_ahead();
-        let is_named =
-            |name: &Token<'_>, arrow: &Token<'_>| name.kind == TokenKind::Word && (arrow.is(":=") || arrow.is("=>"));
+        let is_named = |name: &IlToken<'_>, arrow: &IlToken<'_>| {
+            name.kind == IlTokenKind::Word && (arrow.is(":=") || arrow.is("=>"))
+        };
         is_named(&first, &second) || first.is_word("NOT") && is_named(&second, &third)
     }
 
-    fn more_operands(&mut self, first: IlOperand, operator: &Operator) -> Result<Vec<IlParameter>, Skip> {
+    fn more_operands(&mut self, first: IlOperand, operator: &OperatorWord) -> Result<Vec<IlParameter>, FaultReported> {
         let mut arguments = vec![IlParameter::Positional(first)];
         while self.take_symbol(",") {
             arguments.push(IlParameter::Positional(self.operand_of(operator)?));
@@ -270,10 +280,10 @@ impl<'a> IlReader<'a> {
         Ok(arguments)
     }
 
-    fn function(&mut self, token: &Token<'a>) -> Result<IlOperation, Skip> {
+    fn function(&mut self, token: &IlToken<'a>) -> Result<IlOperation, FaultReported> {
         let upper = token.text.to_ascii_uppercase();
         let next = self.peek();
-        let is_alone = matches!(next.kind, TokenKind::Newline | TokenKind::End) || next.is(")");
+        let is_alone = matches!(next.kind, IlTokenKind::Newline | IlTokenKind::End) || next.is(")");
         let is_standard = function(&upper).is_some();
         if !is_standard {
             let is_conversion = |name: &str| name.contains("_TO_");
@@ -296,7 +306,7 @@ impl<'a> IlReader<'a> {
         if is_alone {
             return Ok(IlOperation::Function { name, parenthesized: false, arguments: Vec::new() });
         }
-        let operator = Operator { word: name.text.clone(), pos: token.pos };
+        let operator = OperatorWord { word: name.text.clone(), pos: token.pos };
         let first = self.operand_of(&operator)?;
         let arguments = self.more_operands(first, &operator)?;
         Ok(IlOperation::Function { name, parenthesized: false, arguments })
@@ -310,7 +320,7 @@ impl<'a> IlReader<'a> {
         }
     }
 
-    fn close(&mut self, pos: Pos) -> Result<IlOperation, Skip> {
+    fn close(&mut self, pos: Pos) -> Result<IlOperation, FaultReported> {
         if self.opened.pop().is_none() {
             let hint = "remove it, or add the operator with `(`";
             return self.skip(codes::IL_UNOPENED, pos, "no operator with `(` waits here", hint);
@@ -320,7 +330,7 @@ impl<'a> IlReader<'a> {
 }
 
 /// The word of an operator in capitals and its position.
-struct Operator {
+struct OperatorWord {
     word: String,
     pos: Pos,
 }

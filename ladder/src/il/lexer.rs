@@ -6,7 +6,7 @@ use diag::Pos;
 
 /// Kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum TokenKind {
+pub(super) enum IlTokenKind {
     /// Identifier or keyword.
     Word,
     /// `%IX0.3`.
@@ -29,21 +29,26 @@ pub(super) enum TokenKind {
     End,
 }
 
-/// A token.
+/// A token of the text.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Token<'a> {
-    pub kind: TokenKind,
+pub(super) struct IlToken<'a> {
+    /// Its kind.
+    pub kind: IlTokenKind,
+    /// Its text as written, with delimiters.
     pub text: &'a str,
+    /// Position of its first character; the length is that of its first line.
     pub pos: Pos,
 }
 
-impl Token<'_> {
+impl IlToken<'_> {
+    /// Whether the token is this punctuation.
     pub(super) fn is(&self, symbol: &str) -> bool {
-        self.kind == TokenKind::Symbol && self.text == symbol
+        self.kind == IlTokenKind::Symbol && self.text == symbol
     }
 
+    /// Whether the token is this word, in any case.
     pub(super) fn is_word(&self, word: &str) -> bool {
-        self.kind == TokenKind::Word && self.text.eq_ignore_ascii_case(word)
+        self.kind == IlTokenKind::Word && self.text.eq_ignore_ascii_case(word)
     }
 }
 
@@ -52,21 +57,24 @@ const DATE_PREFIXES: [&str; 11] =
     ["D", "DATE", "TOD", "TIME_OF_DAY", "DT", "DATE_AND_TIME", "LD", "LDATE", "LTOD", "LDT", "LTIME_OF_DAY"];
 
 /// Returns the tokens of `text`; the last one is the end of the file.
-pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
-    let mut lexer = Lexer { rest: text, line: 1, column: 1, in_variables: false, tokens: Vec::new() };
+pub(super) fn tokens(text: &str) -> Vec<IlToken<'_>> {
+    let mut lexer = IlLexer { rest: text, line: 1, column: 1, in_variables: false, tokens: Vec::new() };
     while !lexer.rest.is_empty() {
         lexer.next_token();
     }
-    lexer.push(0, TokenKind::End);
+    lexer.push(0, IlTokenKind::End);
     lexer.tokens
 }
 
-struct Lexer<'a> {
+/// State of splitting one text.
+struct IlLexer<'a> {
+    /// The text that is not split yet.
     rest: &'a str,
     line: u32,
     column: u32,
+    /// Whether the text is between VAR and END_VAR.
     in_variables: bool,
-    tokens: Vec<Token<'a>>,
+    tokens: Vec<IlToken<'a>>,
 }
 
 fn count(chars: usize) -> u32 {
@@ -77,13 +85,13 @@ fn is_name_char(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }
 
-impl<'a> Lexer<'a> {
+impl<'a> IlLexer<'a> {
     /// Takes `length` bytes as a token.
-    fn push(&mut self, length: usize, kind: TokenKind) {
+    fn push(&mut self, length: usize, kind: IlTokenKind) {
         let (text, _) = self.rest.split_at(length);
         let first = text.lines().next().unwrap_or("");
         let pos = Pos::new(self.line, self.column, count(first.chars().count()).max(1));
-        self.tokens.push(Token { kind, text, pos });
+        self.tokens.push(IlToken { kind, text, pos });
         self.skip(length);
     }
 
@@ -109,25 +117,25 @@ impl<'a> Lexer<'a> {
         let Some(first) = self.rest.chars().next() else { return };
         let second = self.rest.chars().nth(1).unwrap_or(' ');
         match first {
-            '\n' => self.push(1, TokenKind::Newline),
+            '\n' => self.push(1, IlTokenKind::Newline),
             ' ' | '\t' | '\r' | '\u{feff}' => self.skip(first.len_utf8()),
             '(' if second == '*' => match self.rest[2..].find("*)") {
-                Some(length) => self.push(length + 4, TokenKind::Comment),
-                None => self.push(self.rest.len(), TokenKind::Open),
+                Some(length) => self.push(length + 4, IlTokenKind::Comment),
+                None => self.push(self.rest.len(), IlTokenKind::Open),
             },
-            '/' if second == '/' => self.push(self.line_length(), TokenKind::Comment),
-            ';' if !self.in_variables => self.push(self.line_length(), TokenKind::Comment),
+            '/' if second == '/' => self.push(self.line_length(), IlTokenKind::Comment),
+            ';' if !self.in_variables => self.push(self.line_length(), IlTokenKind::Comment),
             '\'' | '"' => self.text(),
             '%' => {
-                self.push(1 + self.length_from(1, |c| is_name_char(c) || matches!(c, '.' | '*')), TokenKind::Address)
+                self.push(1 + self.length_from(1, |c| is_name_char(c) || matches!(c, '.' | '*')), IlTokenKind::Address)
             }
             '+' | '-' if second.is_ascii_digit() => self.number(1),
             _ if first.is_ascii_digit() => self.number(0),
             _ if is_name_char(first) => self.word(),
             ':' | '=' if self.rest.starts_with(":=") || self.rest.starts_with("=>") => {
-                self.push(2, TokenKind::Symbol);
+                self.push(2, IlTokenKind::Symbol);
             }
-            _ => self.push(first.len_utf8(), TokenKind::Symbol),
+            _ => self.push(first.len_utf8(), IlTokenKind::Symbol),
         }
     }
 
@@ -140,7 +148,7 @@ impl<'a> Lexer<'a> {
     /// Takes a string. `$` escapes the next character (IEC 61131-3, 2.2.2).
     fn text(&mut self) {
         let (length, is_closed) = self.text_length(0);
-        self.push(length, if is_closed { TokenKind::Text } else { TokenKind::Open });
+        self.push(length, if is_closed { IlTokenKind::Text } else { IlTokenKind::Open });
     }
 
     fn text_length(&self, start: usize) -> (usize, bool) {
@@ -158,7 +166,7 @@ impl<'a> Lexer<'a> {
 
     fn number(&mut self, start: usize) {
         let length = start + self.value_length(start, true, false);
-        self.push(length, TokenKind::Number);
+        self.push(length, IlTokenKind::Number);
     }
 
     /// Returns the length of the value of a literal: letters, digits, `_`, `#`, a full stop before a digit,
@@ -200,10 +208,10 @@ impl<'a> Lexer<'a> {
                 end += usize::from(self.rest[end..].starts_with(['-', '+']));
                 end += self.value_length(end, is_real, is_date);
             }
-            return self.push(end, TokenKind::Typed);
+            return self.push(end, IlTokenKind::Typed);
         }
-        let is_first = self.tokens.iter().rev().find(|t| t.kind != TokenKind::Comment);
-        let is_first = is_first.is_none_or(|t| t.kind == TokenKind::Newline || t.is_word("END_VAR"));
+        let is_first = self.tokens.iter().rev().find(|t| t.kind != IlTokenKind::Comment);
+        let is_first = is_first.is_none_or(|t| t.kind == IlTokenKind::Newline || t.is_word("END_VAR"));
         let upper = word.to_ascii_uppercase();
         if upper == "END_VAR" {
             self.in_variables = false;
@@ -212,6 +220,6 @@ impl<'a> Lexer<'a> {
             let next = self.rest[length..].trim_start_matches([' ', '\t']);
             self.in_variables |= !next.starts_with(':');
         }
-        self.push(length, TokenKind::Word);
+        self.push(length, IlTokenKind::Word);
     }
 }

@@ -8,14 +8,14 @@ use super::codes;
 use super::model::{IlName, IlOperation, IlProgram};
 use super::types::{IecType, StandardBlock};
 
-struct Links<'a> {
+struct LinkChecker<'a> {
     program: &'a IlProgram,
     diagnostics: Vec<Diagnostic>,
 }
 
 /// Returns the errors of labels, jumps, declarations and calls.
 pub(super) fn check_links(program: &IlProgram) -> Vec<Diagnostic> {
-    let mut links = Links { program, diagnostics: Vec::new() };
+    let mut links = LinkChecker { program, diagnostics: Vec::new() };
     links.check_declarations();
     links.check_jumps();
     links.check_calls();
@@ -48,7 +48,7 @@ pub(super) fn label_lines(program: &IlProgram) -> BTreeMap<String, usize> {
     labels.filter_map(|(i, line)| Some((line.label.as_ref()?.text.to_ascii_uppercase(), i))).collect()
 }
 
-impl Links<'_> {
+impl LinkChecker<'_> {
     fn error(&mut self, code: &'static str, pos: Pos, cause: String, hint: impl Into<String>) {
         self.diagnostics.push(Diagnostic::new(Severity::Error, code, &self.program.file, pos, cause, hint));
     }

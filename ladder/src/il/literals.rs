@@ -4,14 +4,17 @@ use super::codes;
 use super::types::{AddressArea, AddressSize, DirectAddress, IecType, IlLiteral, IlValue};
 
 /// Why a literal, an address or a type is refused.
-pub(super) struct Refusal {
+pub(super) struct LiteralRefusal {
+    /// Code of the diagnostic.
     pub code: &'static str,
+    /// What is wrong.
     pub cause: String,
+    /// What to write instead.
     pub hint: &'static str,
 }
 
-fn refusal(code: &'static str, cause: impl Into<String>, hint: &'static str) -> Refusal {
-    Refusal { code, cause: cause.into(), hint }
+fn refusal(code: &'static str, cause: impl Into<String>, hint: &'static str) -> LiteralRefusal {
+    LiteralRefusal { code, cause: cause.into(), hint }
 }
 
 const TYPES_HINT: &str = "the types are BOOL, SINT, INT, DINT, USINT, UINT, UDINT, BYTE, WORD, DWORD and TIME";
@@ -43,7 +46,7 @@ const REFUSED_TYPES: [&str; 22] = [
 ];
 
 /// Returns the refusal of a type that the standard has and this reader has not.
-pub(super) fn refused_type(word: &str) -> Option<Refusal> {
+pub(super) fn refused_type(word: &str) -> Option<LiteralRefusal> {
     let name = REFUSED_TYPES.into_iter().find(|name| name.eq_ignore_ascii_case(word))?;
     let long = match name {
         "D" => "DATE",
@@ -56,17 +59,17 @@ pub(super) fn refused_type(word: &str) -> Option<Refusal> {
 }
 
 /// Returns the refusal of a string.
-pub(super) fn refused_text() -> Refusal {
+pub(super) fn refused_text() -> LiteralRefusal {
     refusal(codes::IL_REFUSED_TYPE, "the type STRING is not supported", TYPES_HINT)
 }
 
 /// Reads a number without prefix.
-pub(super) fn read_number(text: &str) -> Result<IlLiteral, Refusal> {
+pub(super) fn read_number(text: &str) -> Result<IlLiteral, LiteralRefusal> {
     Ok(IlLiteral { prefix: None, value: read_integer(text)? })
 }
 
 /// Reads a literal with a prefix, such as `UINT#16#A5` or `T#1h_15m`.
-pub(super) fn read_typed(text: &str) -> Result<IlLiteral, Refusal> {
+pub(super) fn read_typed(text: &str) -> Result<IlLiteral, LiteralRefusal> {
     let (prefix, value) = text.split_once('#').unwrap_or((text, ""));
     if prefix.eq_ignore_ascii_case("T") || prefix.eq_ignore_ascii_case("TIME") {
         return Ok(IlLiteral { prefix: None, value: IlValue::Time(read_duration(value)?) });
@@ -95,7 +98,7 @@ pub(super) fn read_typed(text: &str) -> Result<IlLiteral, Refusal> {
 const NUMBER_HINT: &str = "write a number such as 450, -3, 1_000, 2#1010, 8#17 or 16#A5";
 
 /// Reads a number of any base. `_` separates digits.
-fn read_integer(text: &str) -> Result<IlValue, Refusal> {
+fn read_integer(text: &str) -> Result<IlValue, LiteralRefusal> {
     let malformed = || refusal(codes::IL_LITERAL, format!("`{text}` is no number"), NUMBER_HINT);
     let unsigned = text.trim_start_matches(['-', '+']);
     let is_real = |c: char| matches!(c, '.' | 'e' | 'E');
@@ -138,7 +141,7 @@ const TIME_HINT: &str = "write units from the largest to the smallest, each once
 
 /// Reads a duration after `T#` in nanoseconds. Only the first unit may exceed its range (`T#90m`, not
 /// `T#1h90m`).
-fn read_duration(text: &str) -> Result<i64, Refusal> {
+fn read_duration(text: &str) -> Result<i64, LiteralRefusal> {
     let malformed = |why: &str| refusal(codes::IL_DURATION, format!("`T#{text}` is no duration: {why}"), TIME_HINT);
     let lower = text.to_ascii_lowercase();
     let mut rest = lower.trim_start_matches(['-', '+']);
@@ -228,7 +231,7 @@ fn duration_text(nanoseconds: i64) -> String {
 const ADDRESS_HINT: &str = "write %, an area (I, Q or M), a size (X, B, W, D or none) and numbers: %IX0.3, %QW5";
 
 /// Reads a direct address: at most 8 numbers.
-pub(super) fn read_address(text: &str) -> Result<DirectAddress, Refusal> {
+pub(super) fn read_address(text: &str) -> Result<DirectAddress, LiteralRefusal> {
     let malformed = || refusal(codes::IL_ADDRESS, format!("`{text}` is no direct address"), ADDRESS_HINT);
     let mut letters = text.strip_prefix('%').unwrap_or(text);
     let area = match letters.chars().next().map(|c| c.to_ascii_uppercase()) {

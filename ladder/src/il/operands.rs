@@ -1,27 +1,27 @@
 //! Reads operands and parameters (IEC 61131-3, 3.2.2 and 3.2.3).
 
 use super::codes;
-use super::lexer::TokenKind;
-use super::literals::{self, Refusal};
+use super::lexer::IlTokenKind;
+use super::literals::{self, LiteralRefusal};
 use super::model::{IlName, IlOperand, IlOperandKind, IlParameter};
 use super::operators::keyword;
-use super::reader::{IlReader, Skip, shown};
+use super::reader::{FaultReported, IlReader, shown};
 use super::types::{IlLiteral, IlValue};
 
 const PARAMETER_HINT: &str = "write `x`, `PT := x`, `Q => x` or `NOT Q => x`, with commas between them";
 
 impl IlReader<'_> {
     /// Takes a literal, or returns `None` if the next token is none. A refused one is reported and skipped.
-    pub(super) fn literal(&mut self) -> Result<Option<IlLiteral>, Skip> {
+    pub(super) fn literal(&mut self) -> Result<Option<IlLiteral>, FaultReported> {
         let token = self.peek();
         let read = match token.kind {
-            TokenKind::Number => literals::read_number(token.text),
-            TokenKind::Typed => literals::read_typed(token.text),
-            TokenKind::Text => Err(literals::refused_text()),
-            TokenKind::Word if token.is_word("TRUE") || token.is_word("FALSE") => {
+            IlTokenKind::Number => literals::read_number(token.text),
+            IlTokenKind::Typed => literals::read_typed(token.text),
+            IlTokenKind::Text => Err(literals::refused_text()),
+            IlTokenKind::Word if token.is_word("TRUE") || token.is_word("FALSE") => {
                 Ok(IlLiteral { prefix: None, value: IlValue::Bool(token.is_word("TRUE")) })
             }
-            TokenKind::Open => Err(Refusal {
+            IlTokenKind::Open => Err(LiteralRefusal {
                 code: codes::IL_OPEN,
                 cause: "the comment or string has no end".to_owned(),
                 hint: "add the end",
@@ -33,34 +33,35 @@ impl IlReader<'_> {
             Ok(literal) => Ok(Some(literal)),
             Err(refusal) => {
                 self.refuse(token.pos, refusal);
-                Err(Skip)
+                Err(FaultReported)
             }
         }
     }
 
     /// Takes an operand. `hint` shows the whole instruction. After a refused literal, reading continues with
     /// `FALSE` in its place.
-    pub(super) fn operand(&mut self, code: &'static str, what: &str, hint: &str) -> Result<IlOperand, Skip> {
+    pub(super) fn operand(&mut self, code: &'static str, what: &str, hint: &str) -> Result<IlOperand, FaultReported> {
         let token = self.peek();
         let operand = |kind| IlOperand { kind, pos: token.pos };
-        let is_literal = matches!(token.kind, TokenKind::Number | TokenKind::Typed | TokenKind::Text | TokenKind::Open);
+        let is_literal =
+            matches!(token.kind, IlTokenKind::Number | IlTokenKind::Typed | IlTokenKind::Text | IlTokenKind::Open);
         if is_literal || token.is_word("TRUE") || token.is_word("FALSE") {
             let stand_in = IlLiteral { prefix: None, value: IlValue::Bool(false) };
             let literal = self.literal().ok().flatten().unwrap_or(stand_in);
             return Ok(operand(IlOperandKind::Literal(literal)));
         }
         match token.kind {
-            TokenKind::Address => {
+            IlTokenKind::Address => {
                 self.advance();
                 match literals::read_address(token.text) {
                     Ok(address) => Ok(operand(IlOperandKind::Address(address))),
                     Err(refusal) => {
                         self.refuse(token.pos, refusal);
-                        Err(Skip)
+                        Err(FaultReported)
                     }
                 }
             }
-            TokenKind::Word => {
+            IlTokenKind::Word => {
                 let mut name = self.name(what, hint)?;
                 let member = self.member(&mut name)?;
                 Ok(IlOperand { kind: IlOperandKind::Variable { name: name.text, member }, pos: name.pos })
@@ -70,13 +71,13 @@ impl IlReader<'_> {
     }
 
     /// Takes `.member` and extends the position of `name` over it.
-    fn member(&mut self, name: &mut IlName) -> Result<Option<String>, Skip> {
+    fn member(&mut self, name: &mut IlName) -> Result<Option<String>, FaultReported> {
         if !self.raw().is(".") {
             return Ok(None);
         }
         self.advance();
         let token = self.raw();
-        if token.kind == TokenKind::Number {
+        if token.kind == IlTokenKind::Number {
             self.advance();
             let hint = "use AND with a mask, or an address such as %MX0.3";
             return self.skip(codes::IL_NOT_READ, token.pos, "a bit of a variable is not read", hint);
@@ -96,7 +97,7 @@ impl IlReader<'_> {
     }
 
     /// Takes parameters after `(` up to and including `)`.
-    pub(super) fn parameters(&mut self) -> Result<Vec<IlParameter>, Skip> {
+    pub(super) fn parameters(&mut self) -> Result<Vec<IlParameter>, FaultReported> {
         let mut parameters: Vec<IlParameter> = Vec::new();
         if self.peek_past_lines().is(")") {
             self.advance();
@@ -111,7 +112,7 @@ impl IlReader<'_> {
                     }
                     parameters.push(parameter);
                 }
-                Err(Skip) => self.skip_parameter(),
+                Err(FaultReported) => self.skip_parameter(),
             }
             let token = self.peek_past_lines();
             if token.is(")") {
@@ -122,12 +123,12 @@ impl IlReader<'_> {
                 let cause = format!("`,` or `)` is missing before {}", shown(&token));
                 self.error(codes::IL_PARAMETER, token.pos, cause, PARAMETER_HINT);
                 if token.pos.line > pos.line && keyword(token.text).is_some() && !self.look_ahead::<1>()[0].is(":=") {
-                    return Err(Skip); // the next instruction
+                    return Err(FaultReported); // the next instruction
                 }
                 self.skip_parameter();
             }
-            if self.peek_past_lines().kind == TokenKind::End {
-                return Err(Skip);
+            if self.peek_past_lines().kind == IlTokenKind::End {
+                return Err(FaultReported);
             }
             if self.raw().is(")") {
                 self.advance();
@@ -142,7 +143,7 @@ impl IlReader<'_> {
         let mut depth = 0_usize;
         loop {
             let token = self.peek_past_lines();
-            if token.kind == TokenKind::End || depth == 0 && (token.is(",") || token.is(")")) {
+            if token.kind == IlTokenKind::End || depth == 0 && (token.is(",") || token.is(")")) {
                 return;
             }
             if token.is("(") {
@@ -154,7 +155,7 @@ impl IlReader<'_> {
         }
     }
 
-    fn parameter(&mut self) -> Result<IlParameter, Skip> {
+    fn parameter(&mut self) -> Result<IlParameter, FaultReported> {
         let first = self.peek();
         let negated = first.is_word("NOT");
         if negated {
@@ -162,7 +163,7 @@ impl IlReader<'_> {
             self.peek_past_lines();
         }
         let [next] = self.look_ahead();
-        if first.kind == TokenKind::Word && (next.is(":=") || next.is("=>")) {
+        if first.kind == IlTokenKind::Word && (next.is(":=") || next.is("=>")) {
             let name = self.name("the name of a parameter", PARAMETER_HINT)?;
             let arrow = self.peek_past_lines();
             self.advance();
@@ -187,7 +188,7 @@ impl IlReader<'_> {
     }
 
     /// Reports a literal as the target of a write.
-    pub(super) fn check_target(&mut self, target: &IlOperand, what: &str) -> Result<(), Skip> {
+    pub(super) fn check_target(&mut self, target: &IlOperand, what: &str) -> Result<(), FaultReported> {
         if !matches!(target.kind, IlOperandKind::Literal(_)) {
             return Ok(());
         }

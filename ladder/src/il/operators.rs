@@ -5,17 +5,28 @@ use super::types::StandardBlock;
 
 /// A word that begins an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Keyword {
+pub(super) enum IlKeyword {
+    /// LD, LDN.
     Load { negated: bool },
+    /// ST, STN.
     Store { negated: bool },
+    /// S.
     Set,
+    /// R.
     Reset,
+    /// NOT.
     Not,
+    /// An operator of two numbers or bits, such as AND, ANDN or GT.
     Binary { operator: IlBinaryOperator, negated: bool },
+    /// JMP.
     Jump(IlCondition),
+    /// CAL.
     Call(IlCondition),
+    /// RET.
     Return(IlCondition),
+    /// An input operator, such as CU.
     Input(IlBlockInput),
+    /// The short form of a block, such as `TON T1,100`.
     Block(StandardBlock),
 }
 
@@ -54,14 +65,14 @@ const MODIFIERS: [(&str, &[&str]); 24] = [
 ];
 
 /// Returns the operation that `word` begins, in any case.
-pub(super) fn keyword(word: &str) -> Option<Keyword> {
+pub(super) fn keyword(word: &str) -> Option<IlKeyword> {
     let upper = word.to_ascii_uppercase();
     let negated = upper.ends_with('N');
     if let Some((_, input)) = IlBlockInput::ALL.iter().map(|(i, k)| (k, i)).find(|(k, _)| **k == upper) {
-        return Some(Keyword::Input(*input));
+        return Some(IlKeyword::Input(*input));
     }
     if let Some(block) = StandardBlock::from_keyword(&upper) {
-        return Some(Keyword::Block(block));
+        return Some(IlKeyword::Block(block));
     }
     let (base, modifier) = split(&upper).filter(|(base, modifier)| modifier.is_empty() || takes(base, modifier))?;
     let condition = match modifier {
@@ -71,16 +82,16 @@ pub(super) fn keyword(word: &str) -> Option<Keyword> {
     };
     let binary = |name: &str| IlBinaryOperator::ALL.iter().find(|(_, k)| *k == name).map(|(operator, _)| *operator);
     Some(match base {
-        "LD" => Keyword::Load { negated },
-        "ST" => Keyword::Store { negated },
-        "S" => Keyword::Set,
-        "R" => Keyword::Reset,
-        "NOT" => Keyword::Not,
-        "JMP" => Keyword::Jump(condition),
-        "CAL" => Keyword::Call(condition),
-        "RET" => Keyword::Return(condition),
-        "&" => Keyword::Binary { operator: IlBinaryOperator::And, negated: modifier == "N" },
-        name => Keyword::Binary { operator: binary(name)?, negated: modifier == "N" },
+        "LD" => IlKeyword::Load { negated },
+        "ST" => IlKeyword::Store { negated },
+        "S" => IlKeyword::Set,
+        "R" => IlKeyword::Reset,
+        "NOT" => IlKeyword::Not,
+        "JMP" => IlKeyword::Jump(condition),
+        "CAL" => IlKeyword::Call(condition),
+        "RET" => IlKeyword::Return(condition),
+        "&" => IlKeyword::Binary { operator: IlBinaryOperator::And, negated: modifier == "N" },
+        name => IlKeyword::Binary { operator: binary(name)?, negated: modifier == "N" },
     })
 }
 
@@ -101,7 +112,9 @@ fn split(upper: &str) -> Option<(&'static str, &'static str)> {
 
 /// An operator with a modifier, as in `LDC`.
 pub(super) struct ModifiedOperator {
+    /// The operator without its modifier.
     pub operator: &'static str,
+    /// The modifier: N, C, CN or NC.
     pub modifier: &'static str,
 }
 
@@ -214,7 +227,9 @@ const VENDOR_MNEMONICS: [VendorMnemonic; 61] = [
 /// A mnemonic that a vendor has instead of an operator of IEC 61131-3.
 pub(super) struct VendorMnemonic {
     mnemonic: &'static str,
+    /// Names of the vendors, for a message.
     pub vendor: &'static str,
+    /// What to write instead.
     pub iec: &'static str,
 }
 

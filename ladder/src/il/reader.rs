@@ -3,11 +3,11 @@
 use diag::{Diagnostic, Pos, Severity};
 
 use super::codes;
-use super::lexer::{Token, TokenKind, tokens};
+use super::lexer::{IlToken, IlTokenKind, tokens};
 use super::links;
-use super::literals::Refusal;
+use super::literals::LiteralRefusal;
 use super::model::{IlInstruction, IlName, IlProgram, IlSection};
-use super::names::is_reserved;
+use super::reserved_words::is_reserved;
 
 /// Greatest depth of parentheses.
 pub const MAX_IL_DEPTH: usize = 64;
@@ -25,19 +25,20 @@ pub struct ParsedIlProgram {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The part in work was reported as faulty; the caller skips the rest of it.
-pub(super) struct Skip;
+/// Error: the part in work has a fault, which is reported already. The caller skips the rest of the part.
+pub(super) struct FaultReported;
 
 /// State of reading one file.
 pub(super) struct IlReader<'a> {
     file: &'a str,
-    tokens: Vec<Token<'a>>,
+    tokens: Vec<IlToken<'a>>,
     at: usize,
     /// Comments inside the part in work.
     passed_comments: Vec<String>,
     diagnostics: Vec<Diagnostic>,
     /// Positions of operators with `(` that wait for `)`.
     pub opened: Vec<Pos>,
+    /// What was read so far.
     pub program: IlProgram,
     has_ended: bool,
 }
@@ -85,38 +86,41 @@ fn other_notation(text: &str) -> Option<(Pos, &'static str)> {
 }
 
 impl<'a> IlReader<'a> {
+    /// Reports an error.
     pub(super) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
         self.diagnostics.push(Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint));
     }
 
-    /// Reports and returns [`Skip`].
+    /// Reports an error and returns [`FaultReported`].
     pub(super) fn skip<T>(
         &mut self,
         code: &'static str,
         pos: Pos,
         cause: impl Into<String>,
         hint: impl Into<String>,
-    ) -> Result<T, Skip> {
+    ) -> Result<T, FaultReported> {
         self.error(code, pos, cause, hint);
-        Err(Skip)
+        Err(FaultReported)
     }
 
-    pub(super) fn refuse(&mut self, pos: Pos, refusal: Refusal) {
+    /// Reports a literal, an address or a type that is refused.
+    pub(super) fn refuse(&mut self, pos: Pos, refusal: LiteralRefusal) {
         self.error(refusal.code, pos, refusal.cause, refusal.hint);
     }
 
     /// Returns the next token, comments included.
-    pub(super) fn raw(&self) -> Token<'a> {
+    pub(super) fn raw(&self) -> IlToken<'a> {
         self.tokens[self.at.min(self.tokens.len() - 1)]
     }
 
+    /// Takes the next token. The end of the file stays.
     pub(super) fn advance(&mut self) {
         self.at = (self.at + 1).min(self.tokens.len() - 1);
     }
 
     /// Returns the next token that is no comment. The comments before it belong to the part in work.
-    pub(super) fn peek(&mut self) -> Token<'a> {
-        while self.raw().kind == TokenKind::Comment {
+    pub(super) fn peek(&mut self) -> IlToken<'a> {
+        while self.raw().kind == IlTokenKind::Comment {
             let lines = comment_lines(self.raw().text);
             self.passed_comments.extend(lines);
             self.advance();
@@ -124,9 +128,9 @@ impl<'a> IlReader<'a> {
         self.raw()
     }
 
-    /// As [`Self::peek`], also past ends of lines.
-    pub(super) fn peek_past_lines(&mut self) -> Token<'a> {
-        while self.peek().kind == TokenKind::Newline {
+    /// Returns the next token that is neither a comment nor the end of a line.
+    pub(super) fn peek_past_lines(&mut self) -> IlToken<'a> {
+        while self.peek().kind == IlTokenKind::Newline {
             self.advance();
         }
         self.raw()
@@ -142,9 +146,9 @@ impl<'a> IlReader<'a> {
     }
 
     /// Returns up to `N` tokens after the next one, without comments and ends of lines.
-    pub(super) fn look_ahead<const N: usize>(&self) -> [Token<'a>; N] {
+    pub(super) fn look_ahead<const N: usize>(&self) -> [IlToken<'a>; N] {
         let mut seen = self.tokens[self.at..].iter().skip(1);
-        let mut next = || seen.find(|t| !matches!(t.kind, TokenKind::Comment | TokenKind::Newline));
+        let mut next = || seen.find(|t| !matches!(t.kind, IlTokenKind::Comment | IlTokenKind::Newline));
         std::array::from_fn(|_| next().copied().unwrap_or(self.tokens[self.tokens.len() - 1]))
     }
 
@@ -160,9 +164,9 @@ impl<'a> IlReader<'a> {
         loop {
             let token = self.peek();
             match token.kind {
-                TokenKind::End => return,
-                TokenKind::Newline if depth == 0 => return,
-                _ if token.is("(") => depth += usize::from(self.look_ahead::<1>()[0].kind != TokenKind::Newline),
+                IlTokenKind::End => return,
+                IlTokenKind::Newline if depth == 0 => return,
+                _ if token.is("(") => depth += usize::from(self.look_ahead::<1>()[0].kind != IlTokenKind::Newline),
                 _ if token.is(")") => depth = depth.saturating_sub(1),
                 _ => {}
             }
@@ -171,9 +175,9 @@ impl<'a> IlReader<'a> {
     }
 
     /// Takes a name that is no keyword.
-    pub(super) fn name(&mut self, what: &str, hint: &str) -> Result<IlName, Skip> {
+    pub(super) fn name(&mut self, what: &str, hint: &str) -> Result<IlName, FaultReported> {
         let token = self.peek();
-        if token.kind != TokenKind::Word {
+        if token.kind != IlTokenKind::Word {
             let found = shown(&token);
             return self.skip(codes::IL_OPERAND_MISSING, token.pos, format!("{what} is missing before {found}"), hint);
         }
@@ -182,7 +186,8 @@ impl<'a> IlReader<'a> {
         Ok(IlName { text: token.text.to_owned(), pos: token.pos })
     }
 
-    pub(super) fn check_name(&mut self, token: &Token<'a>) -> Result<(), Skip> {
+    /// Reports a name that is too long or a keyword.
+    pub(super) fn check_name(&mut self, token: &IlToken<'a>) -> Result<(), FaultReported> {
         if token.text.len() > 127 {
             return self.skip(codes::IL_NAME, token.pos, "the name has more than 127 characters", "shorten the name");
         }
@@ -202,20 +207,20 @@ impl<'a> IlReader<'a> {
                 return;
             }
             match token.kind {
-                TokenKind::End => return self.check_end(token.pos),
-                TokenKind::Newline => self.advance(),
-                TokenKind::Comment => {
+                IlTokenKind::End => return self.check_end(token.pos),
+                IlTokenKind::Newline => self.advance(),
+                IlTokenKind::Comment => {
                     self.advance();
                     let lines = comment_lines(token.text).into_iter().map(comment_line);
                     self.program.instructions.extend(lines);
                 }
-                TokenKind::Open => {
+                IlTokenKind::Open => {
                     let cause =
                         if token.text.starts_with("(*") { "the comment has no end" } else { "the string has no end" };
                     self.error(codes::IL_OPEN, token.pos, cause, "add the end");
                     self.advance();
                 }
-                _ if token.is("{") && self.look_ahead::<1>()[0].kind == TokenKind::Text => {
+                _ if token.is("{") && self.look_ahead::<1>()[0].kind == IlTokenKind::Text => {
                     self.diagnostics.clear();
                     let hint = "give a program in Instruction List";
                     return self.error(codes::IL_OTHER_NOTATION, token.pos, "this is JSON", hint);
@@ -240,13 +245,13 @@ impl<'a> IlReader<'a> {
         let token = self.raw();
         let [first, second, third] = self.look_ahead();
         let statements = ["IF", "CASE", "FOR", "WHILE", "REPEAT"];
-        token.kind == TokenKind::Word
+        token.kind == IlTokenKind::Word
             && (first.is(":=")
-                || first.is(".") && second.kind == TokenKind::Word && third.is(":=")
+                || first.is(".") && second.kind == IlTokenKind::Word && third.is(":=")
                 || statements.iter().any(|word| token.is_word(word)) && !first.is(":"))
     }
 
-    fn read_line(&mut self, token: Token<'a>) {
+    fn read_line(&mut self, token: IlToken<'a>) {
         let is_label = self.look_ahead::<1>()[0].is(":");
         let upper = token.text.to_ascii_uppercase();
         if self.has_ended {
@@ -254,7 +259,7 @@ impl<'a> IlReader<'a> {
             self.error(codes::IL_CHARACTER, token.pos, format!("{} after END_PROGRAM", shown(&token)), hint);
             return self.skip_line();
         }
-        if token.kind == TokenKind::Word && !is_label {
+        if token.kind == IlTokenKind::Word && !is_label {
             if let Some((section, _)) = IlSection::ALL.iter().find(|(_, keyword)| *keyword == upper) {
                 self.move_remarks();
                 self.advance();
@@ -304,7 +309,7 @@ impl<'a> IlReader<'a> {
         self.error(codes::IL_NOT_READ, pos, format!("{word} is not read"), hint);
         let end = if word.starts_with("VAR") { "END_VAR".to_owned() } else { format!("END_{word}") };
         let (mut depth, mut in_variables, mut is_line_start) = (0_usize, word.starts_with("VAR"), false);
-        while self.raw().kind != TokenKind::End && !self.raw().is_word(&end) {
+        while self.raw().kind != IlTokenKind::End && !self.raw().is_word(&end) {
             let token = self.raw();
             if is_line_start && depth == 0 && !in_variables && word.starts_with("FUNCTION") && self.is_structured_text()
             {
@@ -315,7 +320,7 @@ impl<'a> IlReader<'a> {
                 in_variables = true;
             }
             in_variables &= !token.is_word("END_VAR");
-            is_line_start = token.kind == TokenKind::Newline;
+            is_line_start = token.kind == IlTokenKind::Newline;
             self.advance();
         }
         self.advance();
@@ -352,10 +357,10 @@ impl<'a> IlReader<'a> {
 }
 
 /// Formats a token for a message.
-pub(super) fn shown(token: &Token<'_>) -> String {
+pub(super) fn shown(token: &IlToken<'_>) -> String {
     match token.kind {
-        TokenKind::End => "the end of the file".to_owned(),
-        TokenKind::Newline => "the end of the line".to_owned(),
+        IlTokenKind::End => "the end of the file".to_owned(),
+        IlTokenKind::Newline => "the end of the line".to_owned(),
         _ => format!("`{}`", token.text.lines().next().unwrap_or("").chars().take(40).collect::<String>()),
     }
 }

@@ -45,7 +45,7 @@ pub fn to_ladder(program: &IlProgram, settings: ProgramSettings) -> Result<Resol
     if diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
     }
-    let mut resolver = Resolver::new(&complete, declared);
+    let mut resolver = IlResolver::new(&complete, declared);
     resolver.check_cycle(settings.cycle_us);
     let rungs = resolver.rungs();
     resolver.note_declarations();
@@ -87,14 +87,18 @@ pub fn il_settings(cycle_us: u64) -> ProgramSettings {
 }
 
 /// State of the resolution of one program.
-pub(super) struct Resolver<'a> {
+pub(super) struct IlResolver<'a> {
+    /// The program, with the declarations that it leaves out.
     pub program: &'a IlProgram,
+    /// Its variables.
     pub table: SymbolTable,
-    /// Type of the current result before and after each line.
+    /// Type of the current result before each line.
     pub before: Vec<ResultType>,
+    /// Type of the current result after each line.
     after: Vec<ResultType>,
     /// Line of the operator for each line with `)`.
     openers: BTreeMap<usize, usize>,
+    /// What was found so far.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -108,14 +112,15 @@ struct RungBuilder {
     is_ended: bool,
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> IlResolver<'a> {
     fn new(program: &'a IlProgram, declared: usize) -> Self {
         let LineTypes { before, after } = types_around(program);
         let (_, openers) = parentheses(program);
         let (table, diagnostics) = SymbolTable::new(program, declared);
-        Resolver { program, table, before, after, openers, diagnostics }
+        IlResolver { program, table, before, after, openers, diagnostics }
     }
 
+    /// Adds a diagnostic.
     pub(super) fn report(
         &mut self,
         severity: Severity,
@@ -127,6 +132,7 @@ impl<'a> Resolver<'a> {
         self.diagnostics.push(Diagnostic::new(severity, code, &self.program.file, pos, cause, hint));
     }
 
+    /// Adds an error.
     pub(super) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: &str) {
         self.report(Severity::Error, code, pos, cause, hint);
     }

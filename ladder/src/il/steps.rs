@@ -363,12 +363,26 @@ impl IlFunction {
     }
 }
 
-/// How a duration enters a program: whole milliseconds in 32 bits with a sign.
-pub(super) fn milliseconds(nanoseconds: i64) -> Result<i64, &'static str> {
+/// Error: a duration that no timer can count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub(super) enum DurationError {
+    /// It has a fraction of a millisecond.
+    #[error("it is not a whole number of milliseconds")]
+    Fraction,
+    /// It needs more than 32 bits.
+    #[error("it is longer than 2147483647 ms (24 days)")]
+    TooLong,
+}
+
+/// Returns a duration as a program holds it: whole milliseconds in 32 bits with a sign.
+///
+/// # Errors
+/// The duration has a fraction of a millisecond or is too long.
+pub(super) fn milliseconds(nanoseconds: i64) -> Result<i64, DurationError> {
     const PER_MS: i64 = 1_000_000;
     if nanoseconds % PER_MS != 0 {
-        return Err("it is not a whole number of milliseconds");
+        return Err(DurationError::Fraction);
     }
     let ms = nanoseconds / PER_MS;
-    i32::try_from(ms).map(i64::from).map_err(|_| "it is longer than 2147483647 ms (24 days)")
+    i32::try_from(ms).map(i64::from).map_err(|_| DurationError::TooLong)
 }

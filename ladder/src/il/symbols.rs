@@ -11,7 +11,7 @@ use super::flow::size_of;
 use super::implied::for_each_operand;
 use super::literals::address_text;
 use super::model::{IlOperandKind, IlOperation, IlProgram, IlQualifier, IlSection, IlVariable};
-use super::steps::{IecVariable, TypedSymbol, milliseconds, part_symbol};
+use super::steps::{DurationError, IecVariable, TypedSymbol, milliseconds, part_symbol};
 use super::types::{AddressArea, AddressSize, DirectAddress, IecType, IlLiteral, IlValue, StandardBlock};
 
 /// All variables of a program, by name and by address.
@@ -144,6 +144,7 @@ impl SymbolTable {
         notes
     }
 
+    /// Returns the variables in the order of their declarations, then those without one.
     pub(super) fn into_variables(self) -> Vec<IecVariable> {
         self.variables
     }
@@ -219,7 +220,10 @@ fn type_at(address: &DirectAddress) -> IecType {
 }
 
 /// Returns the number of a literal: 0 or 1 for BOOL, milliseconds for TIME.
-pub(super) fn constant(literal: &IlLiteral) -> Result<i64, &'static str> {
+///
+/// # Errors
+/// The literal is a duration that no timer can count.
+pub(super) fn constant(literal: &IlLiteral) -> Result<i64, DurationError> {
     match literal.value {
         IlValue::Bool(value) => Ok(i64::from(value)),
         IlValue::Integer { value, .. } => Ok(value),

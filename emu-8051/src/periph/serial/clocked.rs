@@ -44,9 +44,16 @@ enum BaudSource {
     States,
 }
 
-/// Indexes of the sides of the port: transmitter and receiver.
-const TX: usize = 0;
-const RX: usize = 1;
+/// A side of the port; its number is its index in lists of both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum PortSide {
+    Transmitter,
+    Receiver,
+}
+
+impl PortSide {
+    const BOTH: [PortSide; 2] = [PortSide::Transmitter, PortSide::Receiver];
+}
 
 /// The serial port and its clocks. `t` is a cycle of the oscillator.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,7 +97,7 @@ impl Mcs51Serial {
 
     fn rebase(&mut self, before: [BaudSource; 2], t: u64) {
         let now = self.sources();
-        for side in [TX, RX] {
+        for side in PortSide::BOTH.map(|side| side as usize) {
             if now[side] != before[side] {
                 self.applied[side] = self.ticks_of(now[side]).count_by_cycle(t);
             }
@@ -124,21 +131,21 @@ impl Mcs51Serial {
     }
 
     /// Ticks of a side since the last call; they count as applied.
-    fn take_ticks(&mut self, side: usize, t: u64) -> u64 {
-        let source = self.sources()[side];
+    fn take_ticks(&mut self, side: PortSide, t: u64) -> u64 {
+        let source = self.sources()[side as usize];
         let (counted, divider) = (self.ticks_of(source).count_by_cycle(t), self.divider(source));
-        let before = &mut self.applied[side];
+        let before = &mut self.applied[side as usize];
         let ticks = (counted / divider).saturating_sub(*before / divider);
         *before = counted.max(*before);
         ticks
     }
 
     /// The cycle of the tick of a side for which it waits.
-    fn cycle_of_tick(&self, side: usize, wait: Option<u64>) -> u64 {
+    fn cycle_of_tick(&self, side: PortSide, wait: Option<u64>) -> u64 {
         let Some(wait) = wait else { return NEVER };
-        let source = self.sources()[side];
+        let source = self.sources()[side as usize];
         let divider = self.divider(source);
-        let count = (self.applied[side] / divider).saturating_add(wait).saturating_mul(divider);
+        let count = (self.applied[side as usize] / divider).saturating_add(wait).saturating_mul(divider);
         self.ticks_of(source).cycle_of(count)
     }
 }
@@ -171,14 +178,14 @@ impl Device<Mcs51Signal> for Mcs51Serial {
         if self.port.mode() == 0 {
             return;
         }
-        let mut ticks = self.take_ticks(TX, t);
+        let mut ticks = self.take_ticks(PortSide::Transmitter, t);
         while let Some(wait) = self.port.tx_ticks_to_next_step().filter(|&wait| wait <= ticks) {
             self.port.tx_advance(wait - 1);
             leave_signals(self.port.step_transmitter(t), t, out);
             ticks -= wait;
         }
         self.port.tx_advance(ticks);
-        let mut ticks = self.take_ticks(RX, t);
+        let mut ticks = self.take_ticks(PortSide::Receiver, t);
         while let Some(wait) = self.port.rx_ticks_to_next_step().filter(|&wait| wait <= ticks) {
             self.port.rx_advance(wait - 1);
             leave_signals(self.port.step_receiver(t, self.port.rxd_level()), t, out);
@@ -188,8 +195,8 @@ impl Device<Mcs51Signal> for Mcs51Serial {
     }
 
     fn next_deadline(&self) -> u64 {
-        let tx = self.cycle_of_tick(TX, self.port.tx_ticks_to_next_step());
-        let rx = self.cycle_of_tick(RX, self.port.rx_ticks_to_next_step());
+        let tx = self.cycle_of_tick(PortSide::Transmitter, self.port.tx_ticks_to_next_step());
+        let rx = self.cycle_of_tick(PortSide::Receiver, self.port.rx_ticks_to_next_step());
         tx.min(rx).min(self.port.next_shift_cycle())
     }
 

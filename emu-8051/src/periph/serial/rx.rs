@@ -58,17 +58,17 @@ impl SerialReceiver {
     }
 
     /// Ticks until one that matters if the line does not change: the edge, the vote on the start bit, the end
-    /// of the frame.
-    pub(super) fn ticks_to_next_step(&self, looking: bool) -> Option<u64> {
-        let Some(frame) = self.frame else { return (looking && self.last && !self.level).then_some(1) };
+    /// of the frame. With `detects_edges`, a falling edge begins a frame.
+    pub(super) fn ticks_to_next_step(&self, detects_edges: bool) -> Option<u64> {
+        let Some(frame) = self.frame else { return (detects_edges && self.last && !self.level).then_some(1) };
         let due = if frame.ticks < VOTE_TICK { VOTE_TICK } else { FRAME_TICKS };
         due.checked_sub(frame.ticks).filter(|&wait| wait != 0).map(u64::from)
     }
 
     /// Lets `n` ticks pass with an unchanged line, none of which matters.
-    pub(super) fn advance(&mut self, mut n: u64, looking: bool, mode_1: bool) {
+    pub(super) fn advance(&mut self, mut n: u64, detects_edges: bool, mode_1: bool) {
         debug_assert!(
-            self.ticks_to_next_step(looking).is_none_or(|wait| n < wait),
+            self.ticks_to_next_step(detects_edges).is_none_or(|wait| n < wait),
             "{n} ticks pass over an event: {self:?}"
         );
         while let Some(frame) = &mut self.frame {
@@ -85,7 +85,7 @@ impl SerialReceiver {
                 break;
             }
             frame.ticks += gap - 1;
-            self.sample(self.level, looking, mode_1);
+            self.sample(self.level, detects_edges, mode_1);
             n -= u64::from(gap);
         }
         if n > 0 {
@@ -94,12 +94,12 @@ impl SerialReceiver {
     }
 
     /// Executes one tick. Returns the nine bits after the start bit at the vote on the last of them.
-    pub(super) fn sample(&mut self, sample: bool, looking: bool, mode_1: bool) -> Option<u16> {
+    pub(super) fn sample(&mut self, sample: bool, detects_edges: bool, mode_1: bool) -> Option<u16> {
         let fell = self.last && !sample;
         self.last = sample;
         self.level = sample;
         let Some(frame) = &mut self.frame else {
-            if looking && fell {
+            if detects_edges && fell {
                 self.frame = Some(IncomingFrame { ticks: 0, highs: 0, bits: 0 });
             }
             return None;

@@ -55,6 +55,7 @@ pub(super) struct ShiftStep {
 }
 
 impl ShiftRegister {
+    /// No transfer in either direction.
     pub(super) const IDLE: ShiftRegister = ShiftRegister { send: None, receive: None };
 
     /// Sends a byte that was written at the end of `cycle`; it replaces one in progress.
@@ -72,10 +73,12 @@ impl ShiftRegister {
         self.receive = None;
     }
 
+    /// Whether a byte is being sent, or waits for its first step.
     pub(super) fn is_sending(&self) -> bool {
         self.send.is_some()
     }
 
+    /// Whether a byte is being received, or waits for its first step.
     pub(super) fn is_receiving(&self) -> bool {
         self.receive.is_some()
     }

@@ -40,6 +40,7 @@ pub(super) struct SenderStep {
 }
 
 impl SerialSender {
+    /// Nothing to send.
     pub(super) const IDLE: SerialSender = SerialSender { count: 0, next: None, out: None };
 
     /// Loads a byte, in modes 2 and 3 with its ninth bit.

@@ -14,7 +14,9 @@
 use diag::Pos;
 
 use super::names::{self, DebugRecord, NameRank};
-use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, TRUNCATED_CODE, numbered_lines, pos_of, shortened};
+use super::{
+    CollectedSymbols, FaultList, MemorySpace, SourceKind, TRUNCATED_CODE, numbered_lines, pos_of, report_damaged,
+};
 
 /// The linker cuts names to this many characters, so a name of this length can be incomplete.
 const NAME_COLUMN_WIDTH: usize = 32;
@@ -181,9 +183,4 @@ fn read_symbol(
 /// Whether a name can be the start of a debugging name whose end is cut off.
 fn looks_like_debug(name: &str) -> bool {
     name.starts_with("XG$") || name.starts_with(['A', 'C', 'F', 'G', 'L', 'X']) && name.contains(['$', '.'])
-}
-
-fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
-    let cause = || format!("{what}: {:?}", shortened(part.trim_start()));
-    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link again");
 }

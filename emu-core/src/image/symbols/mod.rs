@@ -23,6 +23,8 @@ mod map;
 pub(super) mod names;
 mod spaces;
 
+use std::fmt;
+
 use diag::text::{into_printable, printable};
 use diag::{Diagnostic, Pos};
 
@@ -359,4 +361,10 @@ fn pos_of(number: u32, line: &str, part: &str) -> Pos {
 /// At most 60 characters of a text, for messages.
 fn shortened(text: &str) -> String {
     text.chars().take(60).collect()
+}
+
+/// Reports what is wrong with `part` of a line of a map: the file is damaged.
+fn report_damaged(number: u32, line: &str, part: &str, what: impl fmt::Display, faults: &mut FaultList) {
+    let cause = || format!("{what}: {:?}", shortened(part.trim_start()));
+    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link again");
 }

@@ -7,9 +7,9 @@ use super::super::flow::ResultType;
 use super::super::functions::{FunctionKind, StandardFunction, function};
 use super::super::model::{IlBinaryOperator, IlName, IlOperand, IlOperandKind, IlParameter};
 use super::super::types::{BlockPart, IecType, IlLiteral, IlValue, StandardBlock};
-use super::{BOOL, Checker};
+use super::{BOOL, IlChecker};
 
-impl Checker<'_> {
+impl IlChecker<'_> {
     /// Checks the parameters of CAL.
     pub(super) fn call(&mut self, instance: &IlName, parameters: &[IlParameter]) {
         self.check_declared(&instance.text, instance.pos, "TON");

@@ -3,9 +3,10 @@
 use super::super::codes;
 use super::super::flow::{ResultType, size_of};
 use super::super::types::{IecType, StandardBlock};
-use super::Checker;
+use super::IlChecker;
 
-impl Checker<'_> {
+impl IlChecker<'_> {
+    /// Checks types, initial values and addresses of the declarations.
     pub(super) fn check_declarations(&mut self) {
         let program = self.program;
         for variable in &program.variables {

@@ -9,9 +9,9 @@ use super::super::model::{IlOperand, IlOperandKind, IlQualifier, IlSection};
 use super::super::types::{
     AddressArea, AddressSize, BlockPart, DirectAddress, IecType, IlLiteral, IlValue, StandardBlock,
 };
-use super::Checker;
+use super::IlChecker;
 
-impl<'a> Checker<'a> {
+impl<'a> IlChecker<'a> {
     /// Returns the variable with this name.
     pub(super) fn variable(&self, name: &str) -> Option<&'a super::super::model::IlVariable> {
         let index = self.variables.get(&name.to_ascii_uppercase())?;
@@ -35,6 +35,7 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// Returns an input or output of an instance; `None` if it has none of this name.
     pub(super) fn block_part(&self, instance: &str, part: &str) -> Option<BlockPart> {
         self.block_of(instance)?.part(part)
     }

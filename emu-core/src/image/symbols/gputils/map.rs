@@ -10,7 +10,7 @@
 use diag::Pos;
 
 use super::super::names;
-use super::super::{CollectedSymbols, FaultList, numbered_lines, pos_of, shortened};
+use super::super::{CollectedSymbols, FaultList, numbered_lines, pos_of, report_damaged};
 use super::cod::names_in_file;
 
 /// Whether a line is the first line of a map.
@@ -62,9 +62,4 @@ pub(in super::super) fn read_map(text: &str, found: &mut CollectedSymbols, fault
             _ => report_damaged(number, line, location, "the location is neither `program` nor `data`", faults),
         }
     }
-}
-
-fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
-    let cause = || format!("{what}: {:?}", shortened(part.trim_start()));
-    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link again");
 }

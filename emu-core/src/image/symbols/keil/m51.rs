@@ -21,7 +21,7 @@ use std::collections::HashMap;
 use diag::Pos;
 
 use super::{ScopeTracker, bit_address};
-use crate::image::symbols::{CollectedSymbols, FaultList, MemorySpace, numbered_lines, pos_of, shortened};
+use crate::image::symbols::{CollectedSymbols, FaultList, MemorySpace, numbered_lines, pos_of, report_damaged};
 
 /// Whether a line is the first line of such a map.
 pub(in crate::image::symbols) fn is_m51_map(first: &str) -> bool {
@@ -236,7 +236,7 @@ impl<'t> MapRow<'t> {
     }
 
     /// Parses the value; `None` if it is not an address or number.
-    fn parse_value(&self) -> Option<Result<SymbolPlace, &'static str>> {
+    fn parse_value(&self) -> Option<Result<SymbolPlace, M51ValueError>> {
         if self.value.bytes().all(|byte| byte == b'-') {
             return None;
         }
@@ -270,19 +270,41 @@ enum SymbolPlace {
     Number(u32),
 }
 
+/// Error: a value of the table is no address and no number.
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+enum M51ValueError {
+    /// The digits are not hexadecimal, or the H after them is missing.
+    #[error("the value is not a hexadecimal number with an H")]
+    NotHexadecimal,
+    /// What follows the point is not a number.
+    #[error("the number of a bit is invalid")]
+    BadBitNumber,
+    /// The address is not one of a bit.
+    #[error("no bit of the chip has this address")]
+    NoSuchBit,
+    /// The address is in a bank of code memory.
+    #[error("the name is in a bank of code, and banks are not emulated")]
+    CodeBank,
+    /// The letter of the memory is not one of the linkers.
+    #[error("the memory is unknown; wanted C, D, I, X, B or N")]
+    UnknownMemory,
+    /// An address of data memory is above FFh.
+    #[error("the address is beyond internal RAM")]
+    BeyondInternalRam,
+}
+
 /// Parses `0183H` in `C`, `00B0H.4` in `B`. LX51 writes the number of the memory above the 24 bits of the
 /// address.
-fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'static str> {
-    const WRONG: &str = "the value is not a hexadecimal number with an H";
+fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, M51ValueError> {
     let (digits, bit) = match digits.split_once('.') {
-        Some((digits, bit)) => (digits, Some(bit.parse::<u32>().map_err(|_| "the number of a bit is invalid")?)),
+        Some((digits, bit)) => (digits, Some(bit.parse::<u32>().map_err(|_| M51ValueError::BadBitNumber)?)),
         None => (digits, None),
     };
-    let digits = digits.strip_suffix('H').ok_or(WRONG)?;
+    let digits = digits.strip_suffix('H').ok_or(M51ValueError::NotHexadecimal)?;
     if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-        return Err(WRONG);
+        return Err(M51ValueError::NotHexadecimal);
     }
-    let number = u32::from_str_radix(digits, 16).map_err(|_| WRONG)?;
+    let number = u32::from_str_radix(digits, 16).map_err(|_| M51ValueError::NotHexadecimal)?;
     let number = if long { number & 0xFF_FFFF } else { number };
     let mem = match memory {
         "N" => return Ok(SymbolPlace::Number(number)),
@@ -291,17 +313,17 @@ fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'
         "I" => MemorySpace::Idata,
         "X" => MemorySpace::Xdata,
         "B" => {
-            let bit = bit_address(number, bit.unwrap_or(0)).ok_or("no bit of the chip has this address")?;
+            let bit = bit_address(number, bit.unwrap_or(0)).ok_or(M51ValueError::NoSuchBit)?;
             return Ok(SymbolPlace::At(MemorySpace::Bit, bit));
         }
         // `B1`: a code bank.
         _ if memory.strip_prefix('B').is_some_and(|bank| bank.parse::<u32>().is_ok()) => {
-            return Err("the name is in a bank of code, and banks are not emulated");
+            return Err(M51ValueError::CodeBank);
         }
-        _ => return Err("the memory is unknown; wanted C, D, I, X, B or N"),
+        _ => return Err(M51ValueError::UnknownMemory),
     };
     if mem == MemorySpace::Sfr && number > 0xFF {
-        return Err("the address is beyond internal RAM");
+        return Err(M51ValueError::BeyondInternalRam);
     }
     Ok(SymbolPlace::At(mem, number))
 }
@@ -312,9 +334,4 @@ fn split_word(text: &str) -> Option<(&str, &str)> {
     let end = text.find([' ', '\t']).unwrap_or(text.len());
     let (word, rest) = text.split_at(end);
     (!word.is_empty()).then_some((word, rest))
-}
-
-fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
-    let cause = || format!("{what}: {:?}", shortened(part));
-    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link again");
 }
