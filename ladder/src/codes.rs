@@ -79,7 +79,7 @@ diag::codes! {
     BAD_STRING "LD037" "FORMATTED_STRING without its text"
         "There are two forms: a length followed by as many decimal character codes, or (LDmicro 5) one text between double quotes.";
     TAKEN_AS_LDMICRO5 "LD038" "treated as a program of LDmicro 5"
-        "A note: the header is that of release 2.3, but the file has an element, a flag or an argument that only LDmicro 5 has. The program therefore has the meaning of the dialect ldmicro-5. Choose a dialect on the command line to override this.";
+        "A note: the header is that of release 2.3, but the file has something that only LDmicro 5 writes: an element, an argument more, a CTC that is not last in its rung, VAR LIST, PULL-UP LIST, COMPILER=, a unit after a number of the head, Modbus numbers, a number after RUNG. The program therefore has the meaning of the dialect ldmicro-5. Choose a dialect on the command line to override this.";
     REGISTER_ADDRESS "LD039" "a register is named by its address"
         "A note: `#0x25` and the like are addresses in the data memory of the chip that MICRO= names. Those of the registers of ports are read as their names #PORTx, #PINx, #TRISx; others have no meaning here.";
     OTHER_NOTATION "LD040" "a notation that is not read"
