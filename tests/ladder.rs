@@ -135,9 +135,8 @@ fn the_chip_gives_every_line_of_every_trace() {
             outside += 1;
             continue;
         };
-        let program = parse_as_release_23("test.ld", &case.program).unwrap_or_else(|| {
-            ladder::parse("test.ld", &case.program).expect("a sound program").program
-        });
+        let program = parse_as_release_23("test.ld", &case.program)
+            .unwrap_or_else(|| ladder::parse("test.ld", &case.program).expect("a sound program").program);
         let options = CompileOptions { mcu: "atmega328p".into(), ..CompileOptions::default() };
         let mut bench = match compile(&program, &options) {
             Ok(compiled) => TestBench::new(compiled, seed as u64),

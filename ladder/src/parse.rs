@@ -7,6 +7,7 @@ use crate::codes;
 use crate::dialect_marks::MarkPlace;
 use crate::element_reader::read_element;
 use crate::lexer::{self, LdLine};
+use crate::list_lines;
 use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode, SourceStyle};
 use crate::program_head::{self, ProgramHead};
 use crate::reader::{LdReader, message_text};
@@ -176,6 +177,9 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
     let mut parts = ProgramHead::default();
     if !program_head::read_head(reader, &mut lines, &mut parts) {
         return None;
+    }
+    if reader.dialect == LadderDialect::Ldmicro5 {
+        list_lines::note_refused_var_lines(reader, text);
     }
     let (rungs, rung_numbers) = read_rungs(reader, &mut lines);
     let style = SourceStyle { header, rung_numbers };
