@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SerialTransfer, SymbolKind, TimerKind};
+use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 

@@ -6,8 +6,8 @@ use crate::common;
 use diag::Pos;
 use ladder::{
     BusOp, BusTransfer, CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram,
-    LdFormat, MathOp, ProgramElement, ProgramSettings, PwmChoice, Rung, RungNode, SegmentDisplay, SerialTransfer,
-    ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
+    LdFormat, MathOp, ProgramSettings, PwmChoice, Rung, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, SourceStyle,
+    TimerKind, UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
