@@ -17,15 +17,15 @@ pub(crate) fn check_head(checker: &mut Checker<'_>) {
     let micro = program.settings.micro.as_deref();
     if let Some(micro) = micro.filter(|m| packages::chip_of(m).is_none() && packages::unmodelled_target(m).is_none()) {
         let cause = format!("MICRO={} is no name of LDmicro's list: the program has no chip", message_text(micro));
-        notes.push((codes::IGNORED_SETTING, Pos::default(), cause, "emu chips lists the chips"));
+        notes.push((codes::IGNORED_SETTING, Pos::default(), cause, "`emu chips` lists the chips"));
     }
     for entry in program.io.iter().filter(|entry| entry.name.starts_with('X')) {
         let Some(pin) = micro.and_then(|micro| packages::package_pin(micro, entry.pin)) else { continue };
         let is_pic = micro.is_some_and(|micro| micro.contains("PIC1"));
         // A PIC has pull-ups at port B only.
         let Some((letter, bit)) = port_bit(pin).filter(|(letter, _)| !is_pic || *letter == 'B') else { continue };
-        let masks = program.pull_ups.iter().flatten().filter_map(|text| pull_up_mask(text));
-        let mask = masks.filter(|(port, _)| port.eq_ignore_ascii_case(&letter)).last();
+        let mut masks = program.pull_ups.iter().flatten().filter_map(|text| pull_up_mask(text));
+        let mask = masks.rfind(|(port, _)| port.eq_ignore_ascii_case(&letter));
         if mask.is_some_and(|(_, mask)| mask >> bit & 1 == 0) {
             let cause = format!(
                 "{}: PULL-UP LIST gives {pin} no pull-up, but a compiled image turns it on at every input",
