@@ -35,6 +35,7 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
         found.report_program(Severity::Error, codes::CYCLE_ZERO, cause, "choose a cycle, such as CYCLE=10000");
     }
     check_pins(&mut found);
+    program_checks::check_head(&mut found);
     for at in program.elements() {
         check_element(&mut found, at);
     }
@@ -55,7 +56,7 @@ pub(crate) struct Checker<'a> {
     pub program: &'a LadderProgram,
     /// Widths of the integers of the program.
     pub widths: IntegerWidths<'a>,
-    diagnostics: Vec<Diagnostic>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 impl Checker<'_> {
@@ -174,6 +175,9 @@ fn check_element(checker: &mut Checker<'_>, at: ProgramElement<'_>) {
                 checker.warning(codes::COIL_FLAGS, at, cause, "choose one of them");
             }
         }
+        Element::Move { dest, src: LadderOperand::Const { value, .. } } => {
+            check_stored_constant(checker, at, dest, *value)
+        }
         Element::Timer { kind, name, delay, adjust } => check_timer(checker, at, *kind, name, delay, adjust.as_ref()),
         Element::Counter { max, init, input, .. } => check_counter(checker, at, max, init.as_ref(), *input),
         Element::Math { op: MathOp::Div, op2: LadderOperand::Const { value: 0, .. }, .. } => {
@@ -228,6 +232,26 @@ fn check_element(checker: &mut Checker<'_>, at: ProgramElement<'_>) {
         | Element::Persist { .. }
         | Element::Instruction(_) => {}
     }
+}
+
+/// Warns about a constant wider than the variable that it is moved to. A register of a port holds 0 to 255.
+fn check_stored_constant(checker: &mut Checker<'_>, at: ProgramElement<'_>, dest: &str, value: i64) {
+    let bytes = checker.widths.bytes_of_symbol(dest);
+    let most = integer_widths::max_value(bytes);
+    let is_register_value = dest.starts_with('#') && (0..=255).contains(&value);
+    if is_register_value || (-most - 1..=most).contains(&i128::from(value)) {
+        return;
+    }
+    // The low bytes, with their sign.
+    let size = 1i128 << (8 * u32::from(bytes));
+    let kept = (i128::from(value) + most + 1).rem_euclid(size) - most - 1;
+    let cause = format!("{dest} has {bytes} byte(s), from {} to {most}, so it gets {kept}", -most - 1);
+    checker.warning(
+        codes::NARROW_TARGET,
+        at,
+        cause,
+        "give the variable more bytes in VAR LIST, or choose a smaller constant",
+    );
 }
 
 /// Refuses an argument whose value differs from the value that an omitted argument has; in ldmicro-5 the hint

@@ -31,7 +31,7 @@ diag::codes! {
     IO_KIND "LD013" "a name of IO LIST is neither input, output nor analog"
         "The first letter gives the kind: X input, Y output, A analog, in ldmicro-5 also P pulse width output. emu keeps the line and writes it back, but it has no effect here. In ldmicro-5 the kinds of Modbus, SPI and I2C are a note.";
     LIST_LINE "LD014" "a line of VAR LIST or PULL-UP LIST is malformed"
-        "VAR LIST takes `n bytes name` with n from 1 to 4, or `name signed n bit variable` with n one of 8, 16, 24, 32, and any text after it. Other widths, names that no element can have (`#PORTB`, `148`) and repeated names are notes: LDmicro 5 gives 2 bytes to widths above 4, and the last line of a name counts. PULL-UP LIST takes a port, a colon and a mask, such as `PB: 0x0F`. A line without effect is a note or a warning. A port that the chip of MICRO= cannot have is an error.";
+        "VAR LIST takes `n bytes name` with n from 1 to 4, or `name signed n bit variable` with n one of 8, 16, 24, 32, and any text after it. Other widths, names that no element can have (`#PORTB`, `148`), repeated names, remarks, lines of more than 63 characters and widths that a timer or counter does not keep are notes: LDmicro 5 gives 2 bytes to widths above 4, and the last line of a name counts. PULL-UP LIST takes a port, a colon and a mask, such as `PB: 0x0F`. A line without effect is a note or a warning. A port that the chip of MICRO= cannot have is an error.";
     LIST_OPEN "LD015" "a list is not closed"
         "IO LIST, VAR LIST and PULL-UP LIST end with a line END before the next section starts.";
     NO_PROGRAM "LD016" "the line PROGRAM is missing"
@@ -79,11 +79,13 @@ diag::codes! {
     BAD_STRING "LD037" "FORMATTED_STRING without its text"
         "There are two forms: a length followed by as many decimal character codes, or (LDmicro 5) one text between double quotes.";
     TAKEN_AS_LDMICRO5 "LD038" "treated as a program of LDmicro 5"
-        "A note: the header is that of release 2.3, but the file has an element, a flag or an argument that only LDmicro 5 has. The program therefore has the meaning of the dialect ldmicro-5. Choose a dialect on the command line to override this.";
+        "A note: the header is that of release 2.3, but the file has something that only LDmicro 5 writes: an element, an argument more, a CTC that is not last in its rung, VAR LIST, PULL-UP LIST, COMPILER=, a unit after a number of the head, Modbus numbers, a number after RUNG. The program therefore has the meaning of the dialect ldmicro-5. Choose a dialect on the command line to override this.";
     REGISTER_ADDRESS "LD039" "a register is named by its address"
         "A note: `#0x25` and the like are addresses in the data memory of the chip that MICRO= names. Those of the registers of ports are read as their names #PORTx, #PINx, #TRISx; others have no meaning here.";
     OTHER_NOTATION "LD040" "a notation that is not read"
         "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, PLCopen XML, ladder as JSON, the files of OpenPLC Editor 4, exports of RSLogix 5000 (L5X). The file is not damaged. LDmicro's .ld text and Instruction List are read; --format ld or --format il says which one a file is.";
+    IGNORED_SETTING "LD041" "a setting that has no effect here"
+        "A note: YPlcCycleDuty:1 (an output that shows how long a scan takes), ConfigurationWord(s) (compiled images have the word that LC041 names), a MICRO= that is no name of LDmicro's list, and a mask of PULL-UP LIST that leaves an input without its pull-up: compiled images turn on the pull-ups of all inputs that have one.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must be 1 to 32767. Shorter delays are less than two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust replaces the 1, a timer with P under 1 expires at once, and one with P beyond its width never expires: both are warnings. Change the delay or CYCLE=.";
     NOT_LAST "LD102" "an element of the right rail is not last"
@@ -138,6 +140,8 @@ diag::codes! {
         "A note: LDmicro 5's simulator, C, AVR and PIC code handle this element differently. The message names those that differ from emu.";
     PULSE_FREQUENCY "LD131" "a frequency that NPULSE cannot make"
         "The pulses of NPULSE change from scan to scan, so half a pulse takes at least one scan: the frequency is a constant from 1 Hz to 500000 / CYCLE=. LDmicro 5 has a timer for it on some AVR chips, and refuses the element on PIC and in C. For a faster signal use SET_PWM, which has a timer of its own.";
+    NARROW_TARGET "LD132" "a constant that the variable cannot hold"
+        "MOVE stores the low bytes of the constant, so the variable gets another number. The width is that of VAR LIST or, for a timer or counter, that of its constants. Fix: a wider variable.";
     REGISTER "LD141" "a register of a port cannot be used like this"
         "#PORTx, #PINx and #TRISx name the latch, the levels and the directions of port x of the chip that MICRO= names; the chip must have the port. #PINx is read only. #TRISx needs a known chip, since 0 is an output on PIC and an input on AVR.";
     DIRECTION "LD142" "a direction that means the opposite on the other family"

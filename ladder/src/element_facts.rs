@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SerialTransfer, SymbolKind, TimerKind};
+use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
@@ -184,11 +184,9 @@ impl<'a> ElementFacts<'a> {
 }
 
 impl Element {
-    /// Whether only LDmicro 5 can have written the element with a meaning: release 2.3 lacks it, or one of
-    /// its arguments.
+    /// Whether only LDmicro 5 can have written the element: release 2.3 lacks it, or one of its arguments.
     #[must_use]
     pub fn only_ldmicro5_writes(&self) -> bool {
-        let is_zero = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value: 0, .. });
         let is_variable = |operand: &LadderOperand| matches!(operand, LadderOperand::Var(_));
         // Release 2.3 has no hexadecimal numbers, and a mistyped decimal number is no sign of LDmicro 5.
         let is_wide_hex = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value, text } if text.contains("0x") && i16::try_from(*value).is_err());
@@ -196,24 +194,16 @@ impl Element {
             return true;
         }
         match self {
-            Element::Contacts { set1, .. } => *set1 == Some(1),
-            Element::Coil { ttrigger, .. } => *ttrigger == Some(1),
-            Element::Timer { delay, adjust, .. } => {
-                let usual = |adjust: &LadderOperand| matches!(adjust, LadderOperand::Const { value: -1, .. });
-                is_variable(delay) || adjust.as_ref().is_some_and(|adjust| !usual(adjust))
-            }
-            Element::Counter { max, init, input, .. } => {
-                is_variable(max)
-                    || init.as_ref().is_some_and(|init| !is_zero(init))
-                    || input.is_some_and(|kind| kind != '/')
-            }
+            Element::Contacts { set1, .. } => set1.is_some(),
+            Element::Coil { ttrigger, .. } => ttrigger.is_some(),
+            Element::Timer { delay, adjust, .. } => is_variable(delay) || adjust.is_some(),
+            Element::Counter { max, init, input, .. } => is_variable(max) || init.is_some() || input.is_some(),
+            Element::ReadAdc { refs, .. } => refs.is_some(),
             Element::SetPwm { output, .. } => output.is_some(),
-            Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => {
-                rest.is_some_and(|rest| rest != SerialTransfer::default())
-            }
+            Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => rest.is_some(),
+            Element::FormattedString { quoted, .. } => *quoted,
             Element::Move { src, .. } => is_wide_hex(src),
             Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => is_wide_hex(op1) || is_wide_hex(op2),
-            // The other arguments of LDmicro 5 say nothing new, or have no meaning here.
             _ => false,
         }
     }

@@ -20,6 +20,7 @@ mod bus_elements;
 mod check;
 mod codes;
 mod counted_elements;
+mod dialect_marks;
 mod draw;
 mod element_facts;
 mod element_keywords;

@@ -15,6 +15,8 @@ use crate::reader::{LdReader, message_text};
 const MAX_LIST: usize = 4_000;
 /// Width in bytes that LDmicro 5 gives to a variable with a width that it does not support.
 const FALLBACK_BYTES: u8 = 2;
+/// Number of characters of a line of a list that LDmicro 5 reads at once.
+const LIST_LINE_CHARS: usize = 63;
 /// Parts of the names that LDmicro 5 gives to the pins of its buses.
 const BUS_PINS: [&str; 6] = ["_MOSI", "_MISO", "_SCK", "__SS", "_SCL", "_SDA"];
 
@@ -203,14 +205,6 @@ fn check_pull_up(reader: &mut LdReader<'_>, line: &LdLine<'_>, micro: Option<&st
     require_port(reader, port, micro, line.pos);
 }
 
-/// Checks the lines of PULL-UP LIST that came before `MICRO=`: they have no effect until the file is written
-/// back.
-pub(crate) fn check_earlier_pull_ups(reader: &mut LdReader<'_>, pull_ups: &[String], micro: &str, pos: Pos) {
-    for port in pull_ups.iter().filter_map(|text| pull_up_port(text)) {
-        require_port(reader, port, micro, pos);
-    }
-}
-
 fn require_port(reader: &mut LdReader<'_>, port: [char; 2], micro: &str, pos: Pos) {
     let [prefix, letter] = port;
     let wanted = if micro.contains("PIC1") { 'R' } else { 'P' };
@@ -227,4 +221,28 @@ fn pull_up_port(text: &str) -> Option<[char; 2]> {
     let port = [chars.next()?, chars.next()?];
     let mask = chars.as_str().strip_prefix(':')?.trim_start().strip_prefix("0x")?;
     mask.starts_with(|c: char| c.is_ascii_hexdigit()).then_some(port)
+}
+
+/// Notes lines of VAR LIST that LDmicro 5 refuses and emu reads: remarks, and lines longer than its buffer.
+pub(crate) fn note_refused_var_lines(reader: &mut LdReader<'_>, text: &str) {
+    let mut in_list = false;
+    for (raw, number) in text.lines().zip(1u32..) {
+        let line = raw.trim();
+        match line {
+            "PROGRAM" => return,
+            "END" => in_list = false,
+            _ => {}
+        }
+        let long = raw.chars().count() > LIST_LINE_CHARS;
+        let pos = Pos::new(number, 1, raw.chars().count() as u32);
+        if in_list && line.starts_with(';') {
+            let cause = "LDmicro 5 takes no remark in VAR LIST and refuses the file";
+            reader.report(Severity::Note, codes::LIST_LINE, pos, cause, "put the remark before the list");
+        } else if in_list && long {
+            let cause =
+                format!("LDmicro 5 reads {LIST_LINE_CHARS} characters of a line of VAR LIST and refuses the rest");
+            reader.report(Severity::Note, codes::LIST_LINE, pos, cause, "shorten the line");
+        }
+        in_list |= line.split_whitespace().eq(["VAR", "LIST"]);
+    }
 }

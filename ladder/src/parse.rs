@@ -4,12 +4,14 @@ use diag::text::{self, TextEncoding};
 use diag::{Diagnostic, Pos, Severity, nearest};
 
 use crate::codes;
+use crate::dialect_marks::MarkPlace;
 use crate::element_reader::read_element;
 use crate::lexer::{self, LdLine};
-use crate::model::{LadderDialect, LadderProgram, LdFormat, ProgramElement, Rung, RungNode, SourceStyle};
+use crate::list_lines;
+use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode, SourceStyle};
 use crate::program_head::{self, ProgramHead};
 use crate::reader::{LdReader, message_text};
-use crate::write::{element_text, write};
+use crate::write::write;
 
 /// Maximum size of a file in bytes.
 pub const MAX_BYTES: usize = 4 << 20;
@@ -111,16 +113,21 @@ fn parse_text(
     }
 }
 
-/// A program under the header of release 2.3 that only LDmicro 5 can have written: it has elements, flags or
-/// arguments that release 2.3 does not have. `None` for all other programs.
+/// A program under the header of release 2.3 that only LDmicro 5 can have written. `None` for all other
+/// programs.
 fn parse_as_ldmicro5(file: &str, text: &str, encoding: TextEncoding, marked: bool) -> Option<ParsedProgram> {
     lexer::split_lines(text).next().filter(|line| read_header(line.text) == Some((LdFormat::V01, None)))?;
     let newer = ParseOptions { dialect: Some(LadderDialect::Ldmicro5) };
     let mut parsed = parse_text(file, text, encoding, marked, newer).ok()?;
-    let ProgramElement { id, element, pos } = parsed.program.elements().find(|at| at.element.only_ldmicro5_writes())?;
-    let cause =
-        format!("{id} ({}) is of LDmicro 5, so the program has its meanings", message_text(&element_text(element)));
-    let hint = "--dialect ldmicro-5 says the same, --dialect ldmicro-2.3 refuses it";
+    let mark = parsed.program.ldmicro5_mark()?;
+    let pos = match mark.place {
+        MarkPlace::At(pos) => pos,
+        MarkPlace::HeadLine(begin) => {
+            lexer::split_lines(text).find(|line| line.text.starts_with(begin)).map_or(Pos::default(), |line| line.pos)
+        }
+    };
+    let cause = format!("{}, so the program has its meanings", mark.what);
+    let hint = "--dialect ldmicro-5 says the same, --dialect ldmicro-2.3 reads it as release 2.3";
     let note = Diagnostic::new(Severity::Note, codes::TAKEN_AS_LDMICRO5, file, pos, cause, hint);
     parsed.warnings.push(note);
     parsed.warnings.sort_by_key(|d| d.pos);
@@ -170,6 +177,9 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
     let mut parts = ProgramHead::default();
     if !program_head::read_head(reader, &mut lines, &mut parts) {
         return None;
+    }
+    if reader.dialect == LadderDialect::Ldmicro5 {
+        list_lines::note_refused_var_lines(reader, text);
     }
     let (rungs, rung_numbers) = read_rungs(reader, &mut lines);
     let style = SourceStyle { header, rung_numbers };

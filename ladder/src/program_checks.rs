@@ -2,11 +2,70 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use diag::Severity;
+use diag::{Diagnostic, Pos, Severity};
 
 use crate::check::Checker;
 use crate::codes;
-use crate::model::{CounterKind, Element, ElementId, ProgramElement, SymbolKind};
+use crate::model::{CounterKind, Element, ElementId, LadderDialect, ProgramElement, SymbolKind};
+use crate::packages;
+use crate::reader::message_text;
+
+/// Notes what the head says and has no effect: an unknown chip, masks of PULL-UP LIST, widths of VAR LIST.
+pub(crate) fn check_head(checker: &mut Checker<'_>) {
+    let program = checker.program;
+    let mut notes: Vec<(&'static str, Pos, String, &str)> = Vec::new();
+    let micro = program.settings.micro.as_deref();
+    if let Some(micro) = micro.filter(|m| packages::chip_of(m).is_none() && packages::unmodelled_target(m).is_none()) {
+        let cause = format!("MICRO={} is no name of LDmicro's list: the program has no chip", message_text(micro));
+        notes.push((codes::IGNORED_SETTING, Pos::default(), cause, "`emu chips` lists the chips"));
+    }
+    for entry in program.io.iter().filter(|entry| entry.name.starts_with('X')) {
+        let Some(pin) = micro.and_then(|micro| packages::package_pin(micro, entry.pin)) else { continue };
+        let is_pic = micro.is_some_and(|micro| micro.contains("PIC1"));
+        // A PIC has pull-ups at port B only.
+        let Some((letter, bit)) = port_bit(pin).filter(|(letter, _)| !is_pic || *letter == 'B') else { continue };
+        let mut masks = program.pull_ups.iter().flatten().filter_map(|text| pull_up_mask(text));
+        let mask = masks.rfind(|(port, _)| port.eq_ignore_ascii_case(&letter));
+        if mask.is_some_and(|(_, mask)| mask >> bit & 1 == 0) {
+            let cause = format!(
+                "{}: PULL-UP LIST gives {pin} no pull-up, but a compiled image turns it on at every input",
+                entry.name
+            );
+            notes.push((codes::IGNORED_SETTING, entry.pos, cause, "a resistor to ground at the pin overrides it"));
+        }
+    }
+    let is_newer = program.dialect == LadderDialect::Ldmicro5;
+    let counted: BTreeSet<String> = program.elements().filter_map(|at| accumulator(at.element)).collect();
+    for entry in program.vars.iter().flatten().filter(|entry| is_newer && counted.contains(&entry.name)) {
+        let bytes = checker.widths.bytes_of_symbol(&entry.name);
+        if bytes != entry.bytes {
+            let cause = format!(
+                "{} has {bytes} byte(s), not {}: its timer or counter decides, as in LDmicro 5",
+                entry.name, entry.bytes
+            );
+            notes.push((codes::LIST_LINE, entry.pos, cause, "nothing to do; the line has no effect"));
+        }
+    }
+    let file = &program.file;
+    let notes =
+        notes.into_iter().map(|(code, pos, cause, hint)| Diagnostic::new(Severity::Note, code, file, pos, cause, hint));
+    checker.diagnostics.extend(notes);
+}
+
+/// The port and the bit of a pin such as `PB3`.
+fn port_bit(pin: &str) -> Option<(char, u32)> {
+    let mut letters = pin.chars();
+    let (_, letter) = (letters.next()?, letters.next()?);
+    Some((letter, letters.as_str().parse().ok().filter(|bit| *bit < 8)?))
+}
+
+/// The port and the mask of a line of PULL-UP LIST.
+fn pull_up_mask(text: &str) -> Option<(char, u64)> {
+    let (port, mask) = text.split_once(':')?;
+    let digits = mask.trim_start().strip_prefix("0x")?;
+    let end = digits.find(|c: char| !c.is_ascii_hexdigit()).unwrap_or(digits.len());
+    Some((port.chars().nth(1)?, u64::from_str_radix(digits.get(..end)?, 16).ok()?))
+}
 
 /// Reports doubly driven coils, contacts that no coil drives, shared accumulators, and RES of other symbols.
 pub(crate) fn check_names(checker: &mut Checker<'_>) {

@@ -3,8 +3,8 @@
 use diag::{Pos, Severity, nearest};
 
 use crate::codes;
-use crate::lexer::LdLine;
-use crate::list_lines::{check_earlier_pull_ups, read_list_line};
+use crate::lexer::{self, LdLine};
+use crate::list_lines::read_list_line;
 use crate::model::{IoEntry, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, SourceStyle, VarEntry};
 use crate::reader::{LdReader, message_text};
 
@@ -197,9 +197,10 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
         "MICRO=" => {
             out.micro = Some(value.to_owned()).filter(|v| !v.is_empty());
             reader.micro.clone_from(&out.micro);
-            let (micro, pull_ups) = (out.micro.as_deref(), out.pull_ups.as_deref());
-            if let (Some(micro), Some(pull_ups)) = (micro, pull_ups) {
-                check_earlier_pull_ups(reader, pull_ups, micro, line.pos);
+            // LDmicro 5 reads the list only after a chip; written back it stands after MICRO=, where it would
+            // have an effect.
+            if out.micro.is_some() {
+                out.pull_ups.iter_mut().for_each(Vec::clear);
             }
         }
         "CYCLE=" => out.cycle = read_quantity(reader, line, name, value, "us", 0),
@@ -239,9 +240,13 @@ fn read_quantity(
             let hint = format!("write {name}{number} us, with the number in microseconds");
             reader.report(Severity::Warning, codes::SETTING_NUMBER, pos, cause, hint);
         }
+        if unit == "us" {
+            note_ignored_tails(reader, pos, rest);
+        }
         return Some((number, rest.to_owned()));
     }
-    if unit == "us" && digits.is_empty() && reader.dialect == LadderDialect::Ldmicro5 {
+    let is_no_number = lexer::split_decimal(value).is_none();
+    if unit == "us" && is_no_number && reader.dialect == LadderDialect::Ldmicro5 {
         let cause = format!("CYCLE= has no number, so LDmicro 5 takes {DEFAULT_CYCLE_US} microseconds");
         let hint = format!("write CYCLE={DEFAULT_CYCLE_US}");
         reader.report(Severity::Warning, codes::SETTING_NUMBER, pos, cause, hint);
@@ -254,4 +259,21 @@ fn read_quantity(
     };
     reader.error(codes::SETTING_NUMBER, pos, cause, hint);
     None
+}
+
+/// Notes what LDmicro 5 writes after the number of `CYCLE=` and has no effect here.
+fn note_ignored_tails(reader: &mut LdReader<'_>, pos: Pos, rest: &str) {
+    let after = |name: &str| rest.split_once(name).map(|(_, value)| value.split([',', ' ']).next().unwrap_or(""));
+    if let Some(duty) = after("YPlcCycleDuty:").filter(|duty| duty.trim_start_matches('0') == "1") {
+        let cause = format!("YPlcCycleDuty:{duty} has no effect: no output shows how long a scan takes");
+        let hint = "nothing to do; emu sim and emu compile say how long scans take";
+        reader.report(Severity::Note, codes::IGNORED_SETTING, pos, cause, hint);
+    }
+    let is_zero = |word: &str| word.trim_start_matches("0x").trim_matches('0').is_empty();
+    if let Some(word) = after("ConfigurationWord(s):").filter(|word| !is_zero(word)) {
+        let shown = message_text(word);
+        let cause = format!("ConfigurationWord(s):{shown} has no effect: a compiled image has a word of its own");
+        let hint = "nothing to do; emu compile names the word or the fuses (LC041)";
+        reader.report(Severity::Note, codes::IGNORED_SETTING, pos, cause, hint);
+    }
 }

@@ -5,9 +5,11 @@ use emu_core::chip::Chip;
 use emu_core::image::{Image, SimavrSection, SimavrTrace, avr_device, avr_signature, read_simavr_section};
 
 use crate::shared::chip_guess::{hex_signature, name_chips};
+use crate::shared::codes::{NO_MODEL, file_error};
 use crate::shared::fail::VerbFailure;
 use crate::shared::flags::McuFlags;
 use crate::shared::input::ELF_MAGIC;
+use crate::shared::report::FileTexts;
 use crate::shared::{assembly, family, image_origin, input, output};
 
 /// The ELF section in which a program sends requests to simavr, as messages name it.
@@ -63,9 +65,7 @@ impl McuFlags {
                 Ok(chosen(chip))
             }
             (_, Some(chip)) => Ok(chosen(chip)),
-            (Some(NamedChip { name, place, .. }), None) if place == MICRO => {
-                Err(VerbFailure::Usage(format!("{file} names `{name}` in MICRO=, {}", unknown_micro(&name))))
-            }
+            (Some(NamedChip { name, place, .. }), None) if place == MICRO => Err(unmodelled_micro(file, &name)),
             (Some(NamedChip { name, place, .. }), None) => Err(VerbFailure::Usage(format!(
                 "{file} is for {name} ({place}), for which emu has no model; --mcu CHIP runs it on another (`emu chips` lists all)"
             ))),
@@ -79,14 +79,16 @@ impl McuFlags {
 /// The header line of a ladder program that names its chip.
 const MICRO: &str = "MICRO=";
 
-/// Why no program runs on the target `micro` of LDmicro, and what to do, as the rest of a sentence.
-pub fn unknown_micro(micro: &str) -> String {
+/// The refusal of a program in `file` that is for the target `micro` of LDmicro, for which there is no model.
+pub fn unmodelled_micro(file: &str, micro: &str) -> VerbFailure {
     let target = ladder::unmodelled_target(micro);
     let what = target.map_or("which is not known", |target| target.what);
-    match target.and_then(|target| target.nearest) {
-        Some(nearest) => format!("{what}; the nearest is {nearest} (--mcu {nearest}; `emu chips` lists all)"),
-        None => format!("{what}; give --mcu CHIP (`emu chips` lists them)"),
-    }
+    let hint = match target.and_then(|target| target.nearest) {
+        Some(nearest) => format!("the nearest is {nearest} (--mcu {nearest}; `emu chips` lists all)"),
+        None => "give --mcu CHIP (`emu chips` lists them)".to_owned(),
+    };
+    let cause = format!("names `{micro}` in MICRO=, {what}");
+    VerbFailure::Refused(vec![file_error(NO_MODEL, file, cause, &hint)], FileTexts::default())
 }
 
 /// Returns the chip that an image or a source names.

@@ -68,6 +68,9 @@ diag::codes! {
         "A file of `emu fuzz --out` is JSON and belongs to one campaign: seed, number of programs, scans and chips. With --resume \
          it must be the record of the same shard. --merge needs each shard of one campaign once. Fix: give the \
          flags with which the campaign began, or another file.";
+    NO_MODEL "CLI015" "the chip of MICRO= has no model"
+        "The program is drawn for a chip that emu does not have, or MICRO= is no name of LDmicro's list. Fix: --mcu CHIP runs it \
+         on another chip, or choose one of `emu chips` in MICRO=.";
     PROTOCOL "CLI040" "the input is not the Debug Adapter Protocol"
         "`emu dap` reads messages of an editor, each with a header that gives its length. The input has no such header, an \
          impossible length, or ends in the middle of a message, so that the start of the next one is unknown. Fix: start \

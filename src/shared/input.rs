@@ -219,14 +219,18 @@ impl ReadProgram {
         let micro = self.program.settings.micro.as_deref();
         micro.and_then(ladder::chip_of).ok_or_else(|| {
             let file = &self.program.file;
-            let why = match micro {
-                Some(micro) => format!("{file} names `{micro}` in MICRO=, {}", chosen_chip::unknown_micro(micro)),
-                None if self.program.dialect == LadderDialect::Iec => {
+            if let Some(micro) = micro {
+                return chosen_chip::unmodelled_micro(file, micro);
+            }
+            let why = match self.program.dialect {
+                LadderDialect::Iec => {
                     format!(
                         "{file} is in Instruction List, which names no chip; give --mcu CHIP (`emu chips` lists them)"
                     )
                 }
-                None => format!("{file} names no chip in MICRO=; give --mcu CHIP (`emu chips` lists them)"),
+                LadderDialect::Ldmicro23 | LadderDialect::Ldmicro5 => {
+                    format!("{file} names no chip in MICRO=; give --mcu CHIP (`emu chips` lists them)")
+                }
             };
             VerbFailure::Usage(why)
         })

@@ -220,6 +220,9 @@ pub(crate) fn replay_command(program: &LadderProgram, options: &CheckOptions, sc
     match (program.format, program.dialect) {
         (LdFormat::V01, LadderDialect::Ldmicro5) => command += " --dialect ldmicro-5",
         (LdFormat::V02, LadderDialect::Ldmicro23) => command += " --dialect ldmicro-2.3",
+        (LdFormat::V01, LadderDialect::Ldmicro23) if program.only_ldmicro5_writes() => {
+            command += " --dialect ldmicro-2.3"
+        }
         // The dialect that the header of the format implies; no option is needed.
         (LdFormat::V01, LadderDialect::Ldmicro23)
         | (LdFormat::V02, LadderDialect::Ldmicro5)

@@ -183,6 +183,13 @@ pub fn meaning_changes(before: &LadderProgram, after: &LadderProgram) -> Vec<Mea
             text: format!("{}: {text}", ladder::element_text(element)),
         }));
     }
+    for (old, new) in before.elements().zip(after.elements()) {
+        changes.extend(literal_changes(old.element, new.element).map(|text| MeaningChange {
+            element: Some(old.id),
+            pos: old.pos,
+            text: format!("{}: {text}", ladder::element_text(old.element)),
+        }));
+    }
     let mut seen = BTreeSet::new();
     let others = after.symbols();
     for ProgramElement { element, pos, .. } in before.elements() {
@@ -207,6 +214,24 @@ fn range_text(bytes: u8) -> String {
     let most = 1i64 << (8 * u32::from(bytes.clamp(1, 4)) - 1);
     let unit = if bytes == 1 { "byte" } else { "bytes" };
     format!("{bytes} {unit} (-{most} to {})", most - 1)
+}
+
+/// Literals of one spelling that are another number in the other dialect.
+fn literal_changes(before: &Element, after: &Element) -> impl Iterator<Item = String> {
+    let literals = |element: &Element| -> Vec<LadderOperand> {
+        let mut copy = element.clone();
+        let mut all: Vec<LadderOperand> = copy.operands_mut().into_iter().map(|operand| operand.clone()).collect();
+        if let Element::Timer { delay, adjust, .. } = element {
+            all.extend(std::iter::once(delay).chain(adjust).cloned());
+        }
+        all
+    };
+    literals(before).into_iter().zip(literals(after)).filter_map(|pair| match pair {
+        (LadderOperand::Const { value: old, text }, LadderOperand::Const { value: new, .. }) if old != new => {
+            Some(format!("{text} is {new}, was {old}"))
+        }
+        _ => None,
+    })
 }
 
 /// Says what an element does in the dialect `to` that it does not do in the other; `None` if it does the

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use diag::Diagnostic;
-use ladder::LadderProgram;
+use ladder::{LadderDialect, LadderProgram, ParseOptions};
 use serde::{Deserialize, Serialize};
 
 use super::generator::{generate_program, program_seed};
@@ -197,11 +197,18 @@ impl TrialOutcome {
 /// Checks the program as parsed again from its text, so that exactly the saved program is checked.
 pub(super) fn try_program(generated: &LadderProgram, options: &CheckOptions, limit: Duration) -> TrialOutcome {
     let (file, text, options) = (generated.file.clone(), ladder::write(generated), options.clone());
-    let work = move |cancellation: &Cancellation| check_text(&file, &text, &options, cancellation);
+    let dialect = generated.dialect;
+    let work = move |cancellation: &Cancellation| check_text(&file, &text, dialect, &options, cancellation);
     run_with_limit(limit, work).unwrap_or_else(TrialOutcome::Failed)
 }
 
-fn check_text(file: &str, text: &str, options: &CheckOptions, cancellation: &Cancellation) -> TrialOutcome {
+fn check_text(
+    file: &str,
+    text: &str,
+    dialect: LadderDialect,
+    options: &CheckOptions,
+    cancellation: &Cancellation,
+) -> TrialOutcome {
     let refused = |errors: Vec<Diagnostic>| {
         let first = errors.first();
         TrialOutcome::Refused(
@@ -209,7 +216,7 @@ fn check_text(file: &str, text: &str, options: &CheckOptions, cancellation: &Can
             first.map_or_else(String::new, |d| d.cause.clone()),
         )
     };
-    let program = match ladder::parse(file, text) {
+    let program = match ladder::parse_with(file, text, ParseOptions { dialect: Some(dialect) }) {
         Ok(parsed) => parsed.program,
         Err(errors) => return refused(errors),
     };

@@ -179,7 +179,8 @@ fn programs_are_valid_and_written_as_they_are() {
     for number in 0..600 {
         let (drawn, profile) = generate_program(5, number);
         let text = ladder::write(&drawn);
-        let parsed = ladder::parse("fuzz.ld", &text).unwrap_or_else(|faults| panic!("{number}: {faults:?}\n{text}"));
+        let parsed = ladder::parse_with("fuzz.ld", &text, ladder::ParseOptions { dialect: Some(drawn.dialect) })
+            .unwrap_or_else(|faults| panic!("{number}: {faults:?}\n{text}"));
         assert_eq!(ladder::write(&parsed.program), text, "{number}");
         let wrong: Vec<_> = ladder::check(&parsed.program).into_iter().filter(|reported| reported.is_error()).collect();
         assert!(wrong.is_empty(), "{number}: {wrong:?}\n{text}");

@@ -122,7 +122,8 @@ fn symbols_are_collected_by_kind() {
     let text = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nXb at 3\nYunused at 4\nEND\nPROGRAM\n\
         RUNG\nCONTACTS Xb 0\nMOVE Ca Ta\nEND\nRUNG\nTON Ta 20000\nCTC Ca 3\nCOIL Rm 0 0 0\nEND\n\
         RUNG\nSHIFT_REGISTER s 2\nEND\nRUNG\nREAD_ADC Ain\nEND\n";
-    let program = parse("t", text).expect("reads").program;
+    let options = ladder::ParseOptions { dialect: Some(ladder::LadderDialect::Ldmicro23) };
+    let program = ladder::parse_with("t", text, options).expect("reads").program;
     let found: Vec<String> = program.symbols().iter().map(|s| format!("{} {:?} {}", s.name, s.kind, s.pin)).collect();
     let expected = [
         "Xb Input 3",

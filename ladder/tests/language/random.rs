@@ -6,8 +6,8 @@ use crate::common;
 use diag::Pos;
 use ladder::{
     BusOp, BusTransfer, CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram,
-    LdFormat, MathOp, ProgramElement, ProgramSettings, PwmChoice, Rung, RungNode, SegmentDisplay, SerialTransfer,
-    ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
+    LdFormat, MathOp, ProgramSettings, PwmChoice, Rung, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, SourceStyle,
+    TimerKind, UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -360,7 +360,7 @@ proptest! {
         let text = ladder::write(&program);
         let parsed = ladder::parse("t", &text).map_err(|e| TestCaseError::fail(format!("{e:?}\n{text}")))?;
         // Under the old header the dialect follows what the program has.
-        let newer = program.elements().any(|ProgramElement { element, .. }| element.only_ldmicro5_writes());
+        let newer = program.only_ldmicro5_writes();
         let notes: Vec<&str> = parsed.warnings.iter().map(|note| note.code).filter(|code| *code != "LD004").collect();
         let taken = newer && program.dialect == LadderDialect::Ldmicro23;
         prop_assert_eq!(notes, if taken { vec!["LD038"] } else { vec![] }, "{}", text);
