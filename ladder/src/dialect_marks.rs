@@ -25,8 +25,8 @@ pub(crate) enum MarkPlace {
 }
 
 impl LadderProgram {
-    /// Whether only LDmicro 5 can have written the program: it has a list, a setting, an element or an argument
-    /// that release 2.3 does not write, or a CTC that is not last in its rung.
+    /// Whether only LDmicro 5 can have written the program: it has a list, a setting, an element or an
+    /// argument that release 2.3 does not write, or a CTC that is not last in its rung.
     #[must_use]
     pub fn only_ldmicro5_writes(&self) -> bool {
         self.ldmicro5_mark().is_some()

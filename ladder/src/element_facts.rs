@@ -204,6 +204,7 @@ impl Element {
             Element::FormattedString { quoted, .. } => *quoted,
             Element::Move { src, .. } => is_wide_hex(src),
             Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => is_wide_hex(op1) || is_wide_hex(op2),
+            // Release 2.3 writes all arguments of the others.
             _ => false,
         }
     }

@@ -1,6 +1,6 @@
 //! [`Ticks`]: what a clock source of the serial port will count, in closed form.
 
-use emu_core::{NEVER, state};
+use emu_core::NEVER;
 
 /// The ticks of a source, as they come if no register is written and no pin changes. Ticks are numbered from
 /// 1. Times are in cycles, or in states (6 x cycle + 0 for S1 to 5 for S6) if `in_states`.
@@ -15,8 +15,6 @@ pub struct Ticks {
     /// Whether times are in states.
     pub in_states: bool,
 }
-
-state! { Ticks { count, next, period, in_states } if |ticks, _now| ticks.period > 0 }
 
 impl Ticks {
     /// Every state of the oscillator.
@@ -39,6 +37,15 @@ impl Ticks {
             None | Some(0) => NEVER,
             Some(ahead) => self.next.saturating_add((ahead - 1).saturating_mul(self.period)),
         }
+    }
+
+    /// Whether the ticks from cycle `t` on, as `later` foresees them there, are those that this foresaw.
+    #[must_use]
+    pub fn continues_as(&self, later: &Ticks, t: u64) -> bool {
+        let next = later.count.saturating_add(1);
+        self.count_by_cycle(t) == later.count
+            && self.time_of(next) == later.time_of(next)
+            && (later.next == NEVER || self.period == later.period)
     }
 
     /// Number of ticks up to S5P2 of cycle `t`.

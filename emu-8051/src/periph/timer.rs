@@ -333,7 +333,15 @@ impl Mcs51Timers {
     /// on. They clock the serial port, even if they set no flag because timer 0 is in mode 3.
     #[must_use]
     pub fn ticks(&self) -> Ticks {
-        let counts = &self.counts_before;
+        self.ticks_from(&self.counts_before)
+    }
+
+    /// Whether the counts are what those of the last change foresaw; only a damaged snapshot has others.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.ticks().continues_as(&self.ticks_from(&self.counts), self.counts.synced)
+    }
+
+    fn ticks_from(&self, counts: &TimerCounts) -> Ticks {
         let (feed, shape) = self.counter_setup[TIMER1_COUNTER];
         let (_, period) = counts.counts_to_overflow(1, shape);
         Ticks {

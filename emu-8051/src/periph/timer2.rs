@@ -1,5 +1,4 @@
-//! Timer 2 in closed form (user's manual, "Timer 2" of the 8052; AT89S52 data sheet, "Timer 2" and
-//! "Programmable Clock Out", for T2MOD).
+//! Timer 2 in closed form (8052 manual, "Timer 2"; AT89S52 data sheet, "Programmable Clock Out", for T2MOD).
 //!
 //! As a baud generator and as a clock generator it counts states (six per cycle), unless it counts edges of
 //! T2. Otherwise it counts cycles. Where the documents are silent, the model decides:
@@ -117,8 +116,7 @@ pub struct Mcs51Timer2 {
     counts: Timer2Counts,
     /// Number of overflows up to which toggles of pin T2 were signalled.
     toggles_shown: u64,
-    /// The counts at the last register write or pin change. They are restored when a second change falls into
-    /// a cycle that has already been counted.
+    /// The counts at the last write or pin change, restored if another one falls into a counted cycle.
     counts_before: Timer2Counts,
 }
 
@@ -287,11 +285,10 @@ impl Mcs51Timer2 {
         self.control | if self.counts.tf2 { TF2 } else { 0 } | if self.counts.exf2 { EXF2 } else { 0 }
     }
 
-    /// The cycle x since which the timer has requested its interrupt, which is polled from x+1 on; [`NEVER`]
-    /// if there is no request. It is the earlier one for TF2 and EXF2, if set. For TF2, x is the cycle before
-    /// the overflow, since TF2 is set at S2P2 and polled in the same cycle. For EXF2 it is the cycle of the
-    /// edge. For a flag written in cycle w it is w+1. EXF2 requests no interrupt while it toggles as the
-    /// seventeenth bit of an up/down counter.
+    /// The cycle x since which the timer has requested its interrupt, which is polled from x+1 on, or
+    /// [`NEVER`]; the earlier one of TF2 and EXF2. TF2: the cycle before the overflow, as it is set at S2P2 and
+    /// polled in the same cycle. EXF2: the cycle of the edge. A flag written in cycle w: w+1. EXF2 requests no
+    /// interrupt while it toggles as the seventeenth bit of an up/down counter.
     #[must_use]
     pub fn flags_set_since(&self) -> u64 {
         self.counts.tf2_since.min(self.counts.exf2_since)
@@ -322,7 +319,15 @@ impl Mcs51Timer2 {
     /// Overflows as a generator since power-up; exact from the last write, pin change or boundary on.
     #[must_use]
     pub fn ticks(&self) -> Ticks {
-        let counts = &self.counts_before;
+        self.ticks_from(&self.counts_before)
+    }
+
+    /// Whether the counts are what those of the last change foresaw, unlike in a damaged snapshot.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.ticks().continues_as(&self.ticks_from(&self.counts), self.counts.synced)
+    }
+
+    fn ticks_from(&self, counts: &Timer2Counts) -> Ticks {
         let (first, period) = self.counts_to_overflow(counts);
         let (next, period) = match self.setup.feed {
             Timer2Feed::States => (counts.next_state().saturating_add(first - 1), period),

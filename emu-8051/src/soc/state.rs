@@ -39,6 +39,8 @@ impl SnapshotState for Mcs51Soc {
         tape.require(*synced <= tape.now())?;
         if tape.is_reading() {
             (self.log, self.core_deadline) = (EventLog::OFF, 0);
+            tape.require(self.timers.is_sound() && self.timer2.is_sound())?;
+            self.serial.restore_clocks(self.baud_clocks());
             self.schedule.touch_all();
             self.update_deadline();
             tape.require(self.next_due() > machine)?;

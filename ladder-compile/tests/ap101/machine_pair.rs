@@ -17,7 +17,13 @@ pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\n
 
 /// Parses rungs in the dialect of the standard head. A text that begins with a header is used unchanged.
 pub fn program(text: &str) -> LadderProgram {
-    parsed(text, None)
+    // Also with a CTC that is not last in its rung.
+    let is_sound = |program: &LadderProgram| !ladder::check(program).iter().any(diag::Diagnostic::is_error);
+    let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{HEAD}{text}\n") };
+    let release_23 = ladder::ParseOptions { dialect: Some(LadderDialect::Ldmicro23) };
+    let as_release_23 = ladder::parse_with("test.ld", &text, release_23).ok().map(|parsed| parsed.program);
+    let fits = |program: &LadderProgram| program.format == ladder::LdFormat::V01 && is_sound(program);
+    as_release_23.filter(fits).unwrap_or_else(|| parsed(&text, None))
 }
 
 /// Parses rungs in a given dialect, as [`program`] does.

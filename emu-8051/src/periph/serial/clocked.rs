@@ -23,8 +23,6 @@ pub struct BaudClocks {
     pub is_double: bool,
 }
 
-state! { BaudClocks { timer1, timer2, uses_timer2, is_double } }
-
 impl BaudClocks {
     /// Both timers stopped, and all bits 0.
     pub const START: BaudClocks = {
@@ -64,7 +62,8 @@ pub struct Mcs51Serial {
     clocks: BaudClocks,
 }
 
-state! { Mcs51Serial { port, applied, clocks } }
+// The chip sets the clocks again.
+state! { Mcs51Serial { port, applied } stays { clocks } }
 
 impl Mcs51Serial {
     /// The state after reset, with stopped clocks.
@@ -93,6 +92,11 @@ impl Mcs51Serial {
         let before = self.sources();
         self.clocks = clocks;
         self.rebase(before, t);
+    }
+
+    /// Sets the clocks after the state was read back.
+    pub const fn restore_clocks(&mut self, clocks: BaudClocks) {
+        self.clocks = clocks;
     }
 
     fn rebase(&mut self, before: [BaudSource; 2], t: u64) {
