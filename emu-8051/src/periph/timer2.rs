@@ -286,9 +286,9 @@ impl Mcs51Timer2 {
     }
 
     /// The cycle x since which the timer has requested its interrupt, which is polled from x+1 on, or
-    /// [`NEVER`]; the earlier one of TF2 and EXF2. TF2: the cycle before the overflow, as it is set at S2P2 and
-    /// polled in the same cycle. EXF2: the cycle of the edge. A flag written in cycle w: w+1. EXF2 requests no
-    /// interrupt while it toggles as the seventeenth bit of an up/down counter.
+    /// [`NEVER`]: the earlier one of TF2 (the cycle before the overflow, as it is set and polled in one cycle)
+    /// and EXF2 (the cycle of the edge); w+1 for a flag written in cycle w. EXF2 requests no interrupt while
+    /// it toggles as the seventeenth bit of an up/down counter.
     #[must_use]
     pub fn flags_set_since(&self) -> u64 {
         self.counts.tf2_since.min(self.counts.exf2_since)
