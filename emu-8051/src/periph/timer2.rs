@@ -286,7 +286,7 @@ impl Mcs51Timer2 {
     }
 
     /// The cycle x since which the timer has requested its interrupt, which is polled from x+1 on, or
-    /// [`NEVER`]: the earlier one of TF2 (the cycle before the overflow, as it is set and polled in one cycle)
+    /// [`NEVER`]: the earlier one of TF2 (the cycle before the overflow, as it is set and polled in one)
     /// and EXF2 (the cycle of the edge); w+1 for a flag written in cycle w. EXF2 requests no interrupt while
     /// it toggles as the seventeenth bit of an up/down counter.
     #[must_use]
