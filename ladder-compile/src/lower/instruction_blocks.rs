@@ -41,7 +41,7 @@ impl Lowering<'_> {
             self.result_to_bit(before);
         }
         let keeps = uses_accumulator && (takes_result || self.result_is_used());
-        let kept = keeps.then(|| self.named_bit("kept", BitRole::Temporary));
+        let kept = keeps.then(|| self.named_bit("kept result", BitRole::Temporary));
         if let Some(bit) = kept {
             self.push(IrOp::Store { bit, negated: false });
         }
@@ -129,13 +129,10 @@ impl Lowering<'_> {
 
     /// The time of the scan in milliseconds (I26), which the end of each scan advances.
     fn now(&mut self) -> WordId {
-        let is_new = !self.words.contains_key("now");
-        let now = self.named_word("now", 4);
-        if is_new {
-            let cycle = WordOperand::Const((self.program.settings.cycle_us / 1000) as i32);
-            self.ir.epilogue.push(IrOp::Math { op: ArithmeticOp::Add, dst: now, a: now.into(), b: cycle });
-        }
-        now
+        self.named_word("scan time", 4, |this, now| {
+            let cycle = WordOperand::Const((this.program.settings.cycle_us / 1000) as i32);
+            this.ir.epilogue.push(IrOp::Math { op: ArithmeticOp::Add, dst: now, a: now.into(), b: cycle });
+        })
     }
 
     /// S := now.
@@ -145,7 +142,7 @@ impl Lowering<'_> {
     }
 
     fn start_time(&mut self, instance: &BlockInstance<'_>) -> WordId {
-        self.named_word(&format!("S of {}", instance.call.instance), 4)
+        self.named_word(&format!("S of {}", instance.call.instance), 4, |_, _| ())
     }
 
     /// P: PT, or 0 if PT is negative.
@@ -342,7 +339,7 @@ impl Lowering<'_> {
     fn count_up(&mut self, instance: &BlockInstance<'_>) {
         let [input, reset, output] = ["CU", "R", "Q"].map(|part| instance.bit(self, part));
         let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
-        let (memory, rises) = (instance.memory(self, "M"), self.named_bit("rises", BitRole::Temporary));
+        let (memory, rises) = (instance.memory(self, "M"), self.named_bit("edge rises", BitRole::Temporary));
         self.rise(input, memory, rises);
         let step = |this: &mut Self| this.branch(rises, |this| this.step_within(count, true), |_| ());
         self.branch(reset, |this| this.assign(count, 0), step);
@@ -352,7 +349,7 @@ impl Lowering<'_> {
     fn count_down(&mut self, instance: &BlockInstance<'_>) {
         let [input, load, output] = ["CD", "LD", "Q"].map(|part| instance.bit(self, part));
         let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
-        let (memory, rises) = (instance.memory(self, "M"), self.named_bit("rises", BitRole::Temporary));
+        let (memory, rises) = (instance.memory(self, "M"), self.named_bit("edge rises", BitRole::Temporary));
         self.rise(input, memory, rises);
         let step = |this: &mut Self| this.branch(rises, |this| this.step_within(count, false), |_| ());
         self.branch(load, |this| this.assign(count, preset), step);
@@ -364,7 +361,7 @@ impl Lowering<'_> {
         let [is_up, is_down] = ["QU", "QD"].map(|part| instance.bit(self, part));
         let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
         let [first, second] = ["M", "M2"].map(|name| instance.memory(self, name));
-        let [rises, other] = ["rises", "other rises"].map(|name| self.named_bit(name, BitRole::Temporary));
+        let [rises, other] = ["edge rises", "other edge rises"].map(|name| self.named_bit(name, BitRole::Temporary));
         self.rise(up, first, rises);
         self.rise(down, second, other);
         let step = |this: &mut Self| {

@@ -70,7 +70,7 @@ impl Lowering<'_> {
 
     /// acc := whether the comparison holds for all neighbours.
     fn compare_bits(&mut self, operator: IlBinaryOperator, bits: &[BitSource]) {
-        let all = self.named_bit("all", BitRole::Temporary);
+        let all = self.named_bit("all hold", BitRole::Temporary);
         for (n, pair) in bits.windows(2).enumerate() {
             let [a, b] = pair else { continue };
             self.load_bit(*a, false);
@@ -135,7 +135,7 @@ impl Lowering<'_> {
 
     /// acc := whether the comparison holds for all neighbours.
     fn compare_numbers(&mut self, operator: IlBinaryOperator, numbers: &[WordOperand], iec_type: &IecType) {
-        let all = self.named_bit("all", BitRole::Temporary);
+        let all = self.named_bit("all hold", BitRole::Temporary);
         for (n, pair) in numbers.windows(2).enumerate() {
             let [a, b] = pair else { continue };
             let unused = self.result_word(width(iec_type));
@@ -183,7 +183,7 @@ impl Lowering<'_> {
         self.captured(|this| {
             if *iec_type == IecType::Bool {
                 let bit = match source {
-                    IlSource::Result => BitSource::Cell(this.named_bit("argument", BitRole::Temporary)),
+                    IlSource::Result => BitSource::Cell(this.named_bit("bit argument", BitRole::Temporary)),
                     other => this.bit_source(other),
                 };
                 return this.load_bit(bit, false);

@@ -3,7 +3,7 @@
 //! A BOOL result is in the accumulator, any other in a temporary of its width. Where a network goes on with
 //! the result of another one, the accumulator goes through a bit.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use ladder::il::{IecType, IecVariable, IlAction, IlBinaryOperator, IlCondition, IlSource, IlStep, TypedSymbol};
 use ladder::{CompareOp, Element, ElementId, LadderProgram, ProgramElement, Rung, RungNode};
@@ -23,6 +23,9 @@ pub(super) struct InstructionState {
     networks: Vec<NetworkStart>,
     /// Types of the results that wait for their `)`.
     saved: Vec<Option<IecType>>,
+    /// Cells that are no symbols, by their descriptions: a program may give a symbol any name.
+    bits: HashMap<String, BitId>,
+    words: HashMap<String, WordId>,
 }
 
 /// How a network begins.
@@ -191,21 +194,23 @@ impl Lowering<'_> {
 
     /// A bit that is no symbol, by its description.
     pub(super) fn named_bit(&mut self, name: &str, role: BitRole) -> BitId {
-        if let Some(&bit) = self.bits.get(name) {
+        if let Some(&bit) = self.instructions.bits.get(name) {
             return bit;
         }
         let bit = self.new_bit(name.to_owned(), role);
-        self.bits.insert(name.to_owned(), bit);
+        self.instructions.bits.insert(name.to_owned(), bit);
         bit
     }
 
-    /// A word that is no symbol and keeps its value between scans, by its description.
-    pub(super) fn named_word(&mut self, name: &str, bytes: u8) -> WordId {
-        if let Some(&word) = self.words.get(name) {
+    /// A word that is no symbol and keeps its value between scans, by its description; `begin` is called when
+    /// it is new.
+    pub(super) fn named_word(&mut self, name: &str, bytes: u8, begin: impl FnOnce(&mut Self, WordId)) -> WordId {
+        if let Some(&word) = self.instructions.words.get(name) {
             return word;
         }
         let word = self.new_word_cell(name.to_owned(), WordRole::Memory, bytes, 0);
-        self.words.insert(name.to_owned(), word);
+        self.instructions.words.insert(name.to_owned(), word);
+        begin(self, word);
         word
     }
 
@@ -283,7 +288,7 @@ impl Lowering<'_> {
             IlSource::Symbol(symbol) => BitSource::Cell(self.symbol_bit(&symbol.name)),
             // The accumulator goes through a bit.
             IlSource::Result => {
-                let bit = self.named_bit("argument", BitRole::Temporary);
+                let bit = self.named_bit("bit argument", BitRole::Temporary);
                 self.push(IrOp::Store { bit, negated: false });
                 BitSource::Cell(bit)
             }
@@ -436,7 +441,7 @@ impl Lowering<'_> {
         let is_live = self.instructions.live.contains(&self.element);
         self.condition_to_accumulator(before);
         // A jump back may not be taken although its condition holds.
-        let kept = (is_back && is_live).then(|| self.named_bit("kept", BitRole::Temporary));
+        let kept = (is_back && is_live).then(|| self.named_bit("kept result", BitRole::Temporary));
         if let Some(bit) = kept {
             self.push(IrOp::Store { bit, negated: false });
         }
