@@ -201,6 +201,10 @@ impl<'a> Lowering<'a> {
         self.steps.push(IrStep { element: self.element, op });
     }
 
+    fn push_all(&mut self, ops: Vec<IrOp>) {
+        ops.into_iter().for_each(|op| self.push(op));
+    }
+
     fn new_bit(&mut self, name: String, role: BitRole) -> BitId {
         self.ir.bits.push(BitCell { name, role, initial: false });
         BitId(self.ir.bits.len() as u32 - 1)
@@ -375,7 +379,7 @@ impl<'a> Lowering<'a> {
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
                 let ops = self.and_comparison(*op, a, b);
-                ops.into_iter().for_each(|op| self.push(op));
+                self.push_all(ops);
             }
             Element::ShiftRegister { name, stages } => self.shift(name, *stages),
             Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),

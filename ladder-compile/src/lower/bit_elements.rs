@@ -356,7 +356,7 @@ impl Lowering<'_> {
                 let ops = self.if_comparison(CompareOp::Les, bit, top.into(), inside, sign);
                 let ops = self.if_comparison(CompareOp::Geq, bit, 0.into(), ops, Vec::new());
                 self.push(copy(found, 0));
-                ops.into_iter().for_each(|op| self.push(op));
+                self.push_all(ops);
                 WordComparison { a: found, rel: if value { RelationOp::Ne } else { RelationOp::Eq }, b: 0.into() }
             }
         };

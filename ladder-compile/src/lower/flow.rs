@@ -166,7 +166,7 @@ impl<'a> Lowering<'a> {
                 if_false: Vec::new(),
             });
             let ops: Vec<IrOp> = left.into_iter().chain(lock).chain(held).collect();
-            ops.into_iter().for_each(|op| self.push(op));
+            self.push_all(ops);
         }
         if let Some(label) = self.jumps.as_ref().and_then(|plan| plan.rungs.get(&rung)) {
             self.push(IrOp::Label(*label));

@@ -91,8 +91,8 @@ impl Lowering<'_> {
             StandardBlock::Tp => self.pulse(&instance),
             StandardBlock::Tona => self.retentive_on_delay(&instance),
             StandardBlock::Tofa => self.retentive_off_delay(&instance),
-            StandardBlock::Ctu => self.count_up(&instance),
-            StandardBlock::Ctd => self.count_down(&instance),
+            StandardBlock::Ctu => self.count_one_way(&instance, true),
+            StandardBlock::Ctd => self.count_one_way(&instance, false),
             StandardBlock::Ctud => self.count_up_and_down(&instance),
             StandardBlock::RTrig | StandardBlock::FTrig => self.edge(&instance),
             StandardBlock::Sr | StandardBlock::Rs => self.bistable(&instance),
@@ -124,7 +124,7 @@ impl Lowering<'_> {
     ) {
         let (then, otherwise) = (self.captured(then), self.captured(otherwise));
         let ops = self.if_comparison(op, a.into(), b.into(), then, otherwise);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     /// The time of the scan in milliseconds (I26), which the end of each scan advances.
@@ -153,22 +153,13 @@ impl Lowering<'_> {
         preset
     }
 
-    /// Puts now - S + `more`, or P if that is smaller, into ET; then executes one of two bodies: before P and
-    /// from P on. Times from 2^31 on are negative here, and no P is as long.
-    fn elapse(
-        &mut self,
-        instance: &BlockInstance<'_>,
-        more: Option<WordId>,
-        before: impl FnOnce(&mut Self),
-        over: impl FnOnce(&mut Self),
-    ) {
+    /// Puts now - S + `more`, or P if that is smaller, into ET; from P on, also executes `over`. Times from
+    /// 2^31 on are negative here, and no P is as long.
+    fn elapse(&mut self, instance: &BlockInstance<'_>, more: Option<WordId>, over: impl FnOnce(&mut Self)) {
         let (preset, elapsed) = (self.preset(instance), instance.word(self, "ET"));
         let (time, now, start) = (self.temporary("elapsed", 4), self.now(), self.start_time(instance));
         self.math(ArithmeticOp::Sub, time, now.into(), start.into());
-        let before = self.captured(|this| {
-            this.assign(elapsed, time);
-            before(this);
-        });
+        let before = self.captured(|this| this.assign(elapsed, time));
         let over = self.captured(|this| {
             this.assign(elapsed, preset);
             over(this);
@@ -183,7 +174,7 @@ impl Lowering<'_> {
             None => is_before,
         };
         inside = self.if_comparison(CompareOp::Les, time.into(), 0.into(), over, inside);
-        inside.into_iter().for_each(|op| self.push(op));
+        self.push_all(inside);
     }
 
     fn on_delay(&mut self, instance: &BlockInstance<'_>) {
@@ -197,7 +188,7 @@ impl Lowering<'_> {
             this.branch_on(CompareOp::Equ, preset, 0, |this| this.set(output, true), |this| this.set(output, false));
         };
         let run = |this: &mut Self| {
-            let wait = |this: &mut Self| this.elapse(instance, None, |_| (), |this| this.set(output, true));
+            let wait = |this: &mut Self| this.elapse(instance, None, |this| this.set(output, true));
             this.branch(output, |_| (), wait);
         };
         let stop = |this: &mut Self| {
@@ -225,15 +216,10 @@ impl Lowering<'_> {
                     this.start(instance);
                 },
             );
-            this.elapse(
-                instance,
-                None,
-                |_| (),
-                |this| {
-                    this.set(output, false);
-                    this.set(memory, false);
-                },
-            );
+            this.elapse(instance, None, |this| {
+                this.set(output, false);
+                this.set(memory, false);
+            });
         };
         self.branch(input, on, |this| this.branch(output, wait, |_| ()));
     }
@@ -241,7 +227,7 @@ impl Lowering<'_> {
     fn pulse(&mut self, instance: &BlockInstance<'_>) {
         let [input, output] = ["IN", "Q"].map(|part| instance.bit(self, part));
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
-        let run = |this: &mut Self| this.elapse(instance, None, |_| (), |this| this.set(output, false));
+        let run = |this: &mut Self| this.elapse(instance, None, |this| this.set(output, false));
         let begin = |this: &mut Self| {
             this.set(memory, true);
             this.start(instance);
@@ -262,7 +248,7 @@ impl Lowering<'_> {
     fn accumulate(&mut self, instance: &BlockInstance<'_>) {
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
         self.branch_on(CompareOp::Les, elapsed, 0, |this| this.assign(elapsed, 0), |_| ());
-        let run = |this: &mut Self| this.elapse(instance, Some(elapsed), |_| (), |_| ());
+        let run = |this: &mut Self| this.elapse(instance, Some(elapsed), |_| ());
         self.branch(memory, run, |_| ());
         self.set(memory, true);
         self.start(instance);
@@ -309,19 +295,21 @@ impl Lowering<'_> {
         self.branch(reset, clear, |this| this.branch(input, on, off));
     }
 
-    /// rises := input and not memory; memory := input.
-    fn rise(&mut self, input: BitId, memory: BitId, rises: BitId) {
-        let high = |this: &mut Self| {
+    /// Where the input is at the level: found := not memory, memory := 1. Else both := 0.
+    fn find_edge(&mut self, input: BitId, level: bool, memory: BitId, found: BitId) {
+        let there = self.captured(|this| {
             let first = |this: &mut Self| {
-                this.set(rises, true);
+                this.set(found, true);
                 this.set(memory, true);
             };
-            this.branch(memory, |this| this.set(rises, false), first);
-        };
-        self.branch(input, high, |this| {
-            this.set(rises, false);
+            this.branch(memory, |this| this.set(found, false), first);
+        });
+        let elsewhere = self.captured(|this| {
+            this.set(found, false);
             this.set(memory, false);
         });
+        let (if_true, if_false) = if level { (there, elsewhere) } else { (elsewhere, there) };
+        self.push(IrOp::If { cond: BranchCondition::Bit(input), if_true, if_false });
     }
 
     /// One more or one less, up to the bound.
@@ -336,24 +324,20 @@ impl Lowering<'_> {
         self.branch_on(op, a, b, |this| this.set(bit, true), |this| this.set(bit, false));
     }
 
-    fn count_up(&mut self, instance: &BlockInstance<'_>) {
-        let [input, reset, output] = ["CU", "R", "Q"].map(|part| instance.bit(self, part));
-        let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
+    /// CTU, or CTD with `up` false.
+    fn count_one_way(&mut self, instance: &BlockInstance<'_>, up: bool) {
+        let [input, load] = if up { ["CU", "R"] } else { ["CD", "LD"] }.map(|part| instance.bit(self, part));
+        let ([preset, count], output) = (["PV", "CV"].map(|part| instance.word(self, part)), instance.bit(self, "Q"));
         let (memory, rises) = (instance.memory(self, "M"), self.named_bit("edge rises", BitRole::Temporary));
-        self.rise(input, memory, rises);
-        let step = |this: &mut Self| this.branch(rises, |this| this.step_within(count, true), |_| ());
-        self.branch(reset, |this| this.assign(count, 0), step);
-        self.set_by(output, CompareOp::Geq, count, preset);
-    }
-
-    fn count_down(&mut self, instance: &BlockInstance<'_>) {
-        let [input, load, output] = ["CD", "LD", "Q"].map(|part| instance.bit(self, part));
-        let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
-        let (memory, rises) = (instance.memory(self, "M"), self.named_bit("edge rises", BitRole::Temporary));
-        self.rise(input, memory, rises);
-        let step = |this: &mut Self| this.branch(rises, |this| this.step_within(count, false), |_| ());
-        self.branch(load, |this| this.assign(count, preset), step);
-        self.set_by(output, CompareOp::Leq, count, 0);
+        self.find_edge(input, true, memory, rises);
+        let step = |this: &mut Self| this.branch(rises, |this| this.step_within(count, up), |_| ());
+        let loaded = if up { WordOperand::Const(0) } else { preset.into() };
+        self.branch(load, |this| this.assign(count, loaded), step);
+        if up {
+            self.set_by(output, CompareOp::Geq, count, preset);
+        } else {
+            self.set_by(output, CompareOp::Leq, count, 0);
+        }
     }
 
     fn count_up_and_down(&mut self, instance: &BlockInstance<'_>) {
@@ -362,8 +346,8 @@ impl Lowering<'_> {
         let [preset, count] = ["PV", "CV"].map(|part| instance.word(self, part));
         let [first, second] = ["M", "M2"].map(|name| instance.memory(self, name));
         let [rises, other] = ["edge rises", "other edge rises"].map(|name| self.named_bit(name, BitRole::Temporary));
-        self.rise(up, first, rises);
-        self.rise(down, second, other);
+        self.find_edge(up, true, first, rises);
+        self.find_edge(down, true, second, other);
         let step = |this: &mut Self| {
             let alone = |this: &mut Self| this.branch(other, |_| (), |this| this.step_within(count, true));
             let not_up = |this: &mut Self| this.branch(other, |this| this.step_within(count, false), |_| ());
@@ -378,21 +362,7 @@ impl Lowering<'_> {
     fn edge(&mut self, instance: &BlockInstance<'_>) {
         let [input, output] = ["CLK", "Q"].map(|part| instance.bit(self, part));
         let memory = instance.memory(self, "M");
-        let low = |this: &mut Self| {
-            this.set(output, false);
-            this.set(memory, false);
-        };
-        let high = |this: &mut Self| {
-            let first = |this: &mut Self| {
-                this.set(output, true);
-                this.set(memory, true);
-            };
-            this.branch(memory, |this| this.set(output, false), first);
-        };
-        match instance.call.block {
-            StandardBlock::FTrig => self.branch(input, low, high),
-            _ => self.branch(input, high, low),
-        }
+        self.find_edge(input, instance.call.block == StandardBlock::RTrig, memory, output);
     }
 
     fn bistable(&mut self, instance: &BlockInstance<'_>) {

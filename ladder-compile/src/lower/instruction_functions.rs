@@ -118,7 +118,7 @@ impl Lowering<'_> {
                         let negate = IrOp::Math { op: ArithmeticOp::Sub, dst, a: WordOperand::Const(0), b: dst.into() };
                         let zero = WordOperand::Const(0);
                         let ops = self.if_comparison(CompareOp::Les, dst.into(), zero, vec![negate], Vec::new());
-                        ops.into_iter().for_each(|op| self.push(op));
+                        self.push_all(ops);
                     }
                     _ => {}
                 }
@@ -168,7 +168,7 @@ impl Lowering<'_> {
         self.push(IrOp::Move { dst, src: value });
         let put = vec![IrOp::Move { dst, src: WordOperand::Const(i32::MAX) }];
         let ops = self.if_comparison(CompareOp::Les, dst.into(), WordOperand::Const(0), put, Vec::new());
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
         dst.into()
     }
 
@@ -222,7 +222,7 @@ impl Lowering<'_> {
         let cond = match selector {
             IlSource::Constant(value) => {
                 let ops = if *value == 0 { if_zero } else { if_one };
-                return ops.into_iter().for_each(|op| self.push(op));
+                return self.push_all(ops);
             }
             IlSource::Symbol(symbol) if symbol.iec_type == IecType::Bool => {
                 BranchCondition::Bit(self.symbol_bit(&symbol.name))
@@ -231,7 +231,7 @@ impl Lowering<'_> {
             source => {
                 let value = self.read_selector(source, before);
                 let ops = self.if_comparison(CompareOp::Equ, value, WordOperand::Const(0), if_zero, if_one);
-                return ops.into_iter().for_each(|op| self.push(op));
+                return self.push_all(ops);
             }
         };
         self.push(IrOp::If { cond, if_true: if_one, if_false: if_zero });
@@ -251,7 +251,7 @@ impl Lowering<'_> {
             let op = if n == 0 { CompareOp::Leq } else { CompareOp::Equ };
             ops = self.if_comparison(op, value, WordOperand::Const(n), body, ops);
         }
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     fn shift_result(&mut self, call: &FunctionCall, before: Option<&IecType>) {
@@ -269,7 +269,7 @@ impl Lowering<'_> {
             self.load_bit(bit, false);
             if matches!(op, ShiftOp::Shl | ShiftOp::Sr0) {
                 let ops = self.and_comparison(CompareOp::Leq, count, WordOperand::Const(0));
-                ops.into_iter().for_each(|op| self.push(op));
+                self.push_all(ops);
             }
             return;
         }
@@ -279,7 +279,7 @@ impl Lowering<'_> {
             self.push(IrOp::Move { dst, src });
         }
         let ops = self.shift_word(op, dst, count);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     fn convert(&mut self, call: &FunctionCall, before: Option<&IecType>) {

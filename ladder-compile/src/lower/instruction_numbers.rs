@@ -158,7 +158,7 @@ impl Lowering<'_> {
     ) {
         let (a, b) = self.order_as_signed(op, a, b, iec_type);
         let ops = self.if_comparison(op, a, b, then, otherwise);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     /// dst := a / b or a modulo b; 0 if b is 0 (I13).
@@ -175,7 +175,7 @@ impl Lowering<'_> {
             }
         });
         let ops = self.if_comparison(CompareOp::Equ, b, WordOperand::Const(0), zero, divided);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     fn divide_signed(&mut self, dst: WordId, a: WordOperand, b: WordOperand, bytes: u8, remainder: bool) {
@@ -223,7 +223,7 @@ impl Lowering<'_> {
             this.push(IrOp::Move { dst: rest, src: dividend.into() });
         });
         let ops = self.if_comparison(CompareOp::Les, divisor.into(), constant(0), large, halved);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
         let once_more = self.captured(|this| {
             this.math(ArithmeticOp::Add, quotient, quotient.into(), constant(1));
             this.math(ArithmeticOp::Sub, rest, rest.into(), divisor.into());

@@ -16,8 +16,6 @@ use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, WordId, Wor
 pub(super) struct InstructionState {
     /// Lines whose result the next line uses.
     live: HashSet<ElementId>,
-    /// True if a network goes on with the result of another one.
-    passes_result: bool,
     /// For each rung: the first line that has an operation, whether it uses the result before it, and the
     /// type of that result.
     networks: Vec<NetworkStart>,
@@ -54,17 +52,14 @@ impl InstructionState {
                 *start = NetworkStart { uses_result: !step.is_load(), before: step.before.clone() };
             }
         }
+        // Any network may be the one before one that uses its result.
+        let is_passed = state.networks.iter().any(|start| start.uses_result);
         for pair in lines.windows(2) {
             let [(id, _), (next, step)] = pair else { continue };
-            if id.rung != next.rung {
-                state.passes_result |= !step.is_load();
-            } else if !step.is_load() {
+            let is_used = if id.rung == next.rung { !step.is_load() } else { is_passed };
+            if is_used {
                 state.live.insert(*id);
             }
-        }
-        if state.passes_result {
-            // Any network may be the one before it.
-            state.live.extend(lines.windows(2).filter(|pair| pair[0].0.rung != pair[1].0.rung).map(|pair| pair[0].0));
         }
         state
     }
@@ -141,7 +136,7 @@ impl Lowering<'_> {
     /// At the start of a rung: takes the result that a network before it left.
     pub(super) fn begin_network(&mut self, rung: u32) {
         let start = self.instructions.networks.get(rung as usize).cloned().unwrap_or_default();
-        if start.uses_result && is_bool(start.before.as_ref()) && self.instructions.passes_result {
+        if start.uses_result && is_bool(start.before.as_ref()) {
             let bit = self.passed_bit();
             self.push(IrOp::Load { bit, negated: false });
         } else {
@@ -164,7 +159,7 @@ impl Lowering<'_> {
     /// type may have another width there, or be a BOOL. The result itself stays.
     fn leave_result(&mut self, from: Option<&IecType>, rung: u32) {
         let start = self.instructions.networks.get(rung as usize).cloned().unwrap_or_default();
-        let Some(to) = start.before.filter(|_| start.uses_result && self.instructions.passes_result) else { return };
+        let Some(to) = start.before.filter(|_| start.uses_result) else { return };
         if to == IecType::Bool {
             self.result_to_bit(from);
             let bit = self.passed_bit();
@@ -224,7 +219,7 @@ impl Lowering<'_> {
     /// Executes operations on a condition of the current result.
     fn conditionally(&mut self, condition: IlCondition, before: Option<&IecType>, ops: Vec<IrOp>) {
         match condition {
-            IlCondition::Always => ops.into_iter().for_each(|op| self.push(op)),
+            IlCondition::Always => self.push_all(ops),
             IlCondition::IfTrue => {
                 self.condition_to_accumulator(before);
                 self.push(if_accumulator(ops));
@@ -258,7 +253,7 @@ impl Lowering<'_> {
     pub(super) fn compare_to_accumulator(&mut self, op: CompareOp, a: WordOperand, b: WordOperand) {
         self.push(IrOp::SetAccumulator(true));
         let ops = self.and_comparison(op, a, b);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     /// The current result becomes BOOL: its lowest bit (I13).
@@ -426,7 +421,7 @@ impl Lowering<'_> {
             self.math(ArithmeticOp::And, lowest, word.into(), WordOperand::Const(1));
             let set = |value| vec![IrOp::SetBit { bit, value }];
             let ops = self.if_comparison(CompareOp::Neq, lowest.into(), WordOperand::Const(0), set(true), set(false));
-            ops.into_iter().for_each(|op| self.push(op));
+            self.push_all(ops);
         }
         BitSource::Cell(bit)
     }
@@ -436,7 +431,7 @@ impl Lowering<'_> {
         let Some((jump, is_back)) = self.jump_to_rung(target) else { return };
         self.leave_result(before, target);
         if condition == IlCondition::Always {
-            return jump.into_iter().for_each(|op| self.push(op));
+            return self.push_all(jump);
         }
         let is_live = self.instructions.live.contains(&self.element);
         self.condition_to_accumulator(before);

@@ -69,7 +69,7 @@ impl Lowering<'_> {
         run.push(IrOp::SetAccumulator(true));
         let rest = vec![IrOp::SetBit { bit, value: false }, IrOp::SetAccumulator(false)];
         let ops = self.if_comparison(Les, left.into(), constant(1), rest, run);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     /// Gives each NPULSE its word of pulses that are left, which every NPULSE_OFF clears.
@@ -110,7 +110,7 @@ impl Lowering<'_> {
         run.push(IrOp::SetAccumulator(true));
         let idle = vec![IrOp::SetBit { bit, value: false }, IrOp::SetAccumulator(false)];
         let ops = self.if_comparison(CompareOp::Les, left.into(), one, idle, run);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     /// Lowers NPULSE_OFF.
@@ -150,7 +150,7 @@ impl Lowering<'_> {
         run.push(IrOp::SetAccumulator(true));
         let rest = vec![IrOp::SetAccumulator(false)];
         let ops = self.if_comparison(CompareOp::Les, left.into(), one, rest, run);
-        ops.into_iter().for_each(|op| self.push(op));
+        self.push_all(ops);
     }
 
     fn encoder(&mut self, element: &Element) {

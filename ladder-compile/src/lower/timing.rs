@@ -171,7 +171,7 @@ impl Lowering<'_> {
                 };
                 let runs = vec![counts, IrOp::SetAccumulator(false)];
                 let ops = self.while_running(word, limit, runs, vec![IrOp::SetAccumulator(true)]);
-                ops.into_iter().for_each(|op| self.push(op));
+                self.push_all(ops);
             }
             TimerKind::Tcy => {
                 let phase = self.new_memory();
@@ -276,7 +276,7 @@ impl Lowering<'_> {
             CounterKind::Ctu | CounterKind::Ctd => self.and_comparison(CompareOp::Geq, n, max),
         };
         self.push(IrOp::SetAccumulator(true));
-        out.into_iter().for_each(|op| self.push(op));
+        self.push_all(out);
     }
 
     /// LDmicro 5's circular counters: past the limit they go back to their own start value, and give a carry
