@@ -1,6 +1,8 @@
 //! The chip reproduces the hand-written traces of `tests/ladder`: each program is compiled and runs from
 //! random RAM, with its pins driven and read.
 
+#[path = "ladder/parse.rs"]
+mod parse;
 #[path = "ladder/mod.rs"]
 mod table;
 
@@ -113,14 +115,6 @@ fn symbol(column: &Column) -> Option<String> {
 /// Tables that the compiler for this chip does not support yet. Remove a line when it does.
 const NOT_YET: &[&str] = &["tables.txt", "ldmicro5.txt"];
 
-/// The program as one of release 2.3 if its header says so and that release has all that it uses.
-fn parse_as_release_23(file: &str, text: &str) -> Option<ladder::LadderProgram> {
-    let options = ladder::ParseOptions { dialect: Some(ladder::LadderDialect::Ldmicro23) };
-    let program = ladder::parse_with(file, text, options).ok()?.program;
-    let is_sound = !ladder::check(&program).iter().any(|found| found.is_error());
-    (is_sound && program.format == ladder::LdFormat::V01).then_some(program)
-}
-
 #[test]
 fn the_chip_gives_every_line_of_every_trace() {
     let (mut faults, mut lines, mut refused, mut outside, mut later) = (Vec::new(), 0, Vec::new(), 0, 0);
@@ -135,8 +129,7 @@ fn the_chip_gives_every_line_of_every_trace() {
             outside += 1;
             continue;
         };
-        let program = parse_as_release_23("test.ld", &case.program)
-            .unwrap_or_else(|| ladder::parse("test.ld", &case.program).expect("a sound program").program);
+        let program = parse::parse("test.ld", &case.program);
         let options = CompileOptions { mcu: "atmega328p".into(), ..CompileOptions::default() };
         let mut bench = match compile(&program, &options) {
             Ok(compiled) => TestBench::new(compiled, seed as u64),

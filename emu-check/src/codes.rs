@@ -27,7 +27,7 @@ diag::codes! {
     DIFFERS_STACK "EC014" "the stack pointer differs from scan to scan"
         "At the start of every scan the stack must be as deep as at the first. A stack that grows or shrinks by a byte each scan overwrites the data after some minutes.";
     DIFFERS_RESET "EC015" "a value is not zero after reset"
-        "At power-up RAM and registers contain random bytes. Before the first scan the program must have cleared every relay, output, timer, counter and variable.";
+        "At power-up RAM and registers contain random bytes. Before the first scan the program must have cleared every relay, output, timer, counter and variable, and given those of Instruction List that have an initial value this value.";
     DIFFERS_MAP "EC016" "the compiler's map contradicts the program"
         "From the program and the command line the check computes the chip, its clock, the machine cycles of a scan, the tick of the pacing timer, the maximum time to detect a match, and the pins of --pin and the IO LIST. Each input and output must have its own pin in its direction. The check compares the map with these before it runs anything. Otherwise a compiler with an error in both image and map would agree with itself. The message gives the required value and the value in the map.";
     DIFFERS_SERIAL "EC017" "a byte on the serial line differs"

@@ -11,21 +11,11 @@ use crate::stimulus::boundary_goals::BoundaryGoals;
 use crate::stimulus::generator::{ScanStimulus, StimulusGenerator};
 use crate::stimulus::value_hints::ValueHints;
 
-fn program(rungs: &str) -> LadderProgram {
-    parse(&format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n{rungs}\n"))
-}
+#[path = "../../tests/ladder/parse.rs"]
+mod parse;
 
-/// Parses a program, as one of release 2.3 if that release has all that it uses: also with a CTC that is not
-/// last in its rung.
-fn parse(text: &str) -> LadderProgram {
-    let release_23 = ladder::ParseOptions { dialect: Some(ladder::LadderDialect::Ldmicro23) };
-    if let Ok(parsed) = ladder::parse_with("test.ld", text, release_23)
-        && !ladder::check(&parsed.program).iter().any(diag::Diagnostic::is_error)
-        && parsed.program.format == ladder::LdFormat::V01
-    {
-        return parsed.program;
-    }
-    ladder::parse("test.ld", text).unwrap_or_else(|faults| panic!("{faults:?}")).program
+fn program(rungs: &str) -> LadderProgram {
+    parse::parse("test.ld", &format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n{rungs}\n"))
 }
 
 /// The first `scans` stimuli with the seed of the run that each belongs to, and the goals after them.
@@ -173,7 +163,7 @@ fn nothing_called_impossible_ever_happens() {
         let paths = entries.map(|entry| entry.expect("an entry").path());
         for path in paths.filter(|path| path.extension().is_some_and(|end| end == "ld")) {
             let text = fs::read_to_string(&path).expect("a program");
-            let program = parse(&text);
+            let program = parse::parse("test.ld", &text);
             for seed in 0..6 {
                 let (_, goals) = drawn(&program, seed, 2_000);
                 assert_eq!(goals.contradictions(), 0, "{}, seed {seed}", path.display());

@@ -1,7 +1,7 @@
 //! Historic faults of other compilers: a correct compiler makes an image with the same fault from a different
 //! program, and a check with default options finds it. The program's own image agrees.
 
-#[path = "common/parse.rs"]
+#[path = "../../tests/ladder/parse.rs"]
 mod common;
 
 use emu_check::{CheckOptions, check, check_compiled};

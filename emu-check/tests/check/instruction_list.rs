@@ -41,7 +41,7 @@ fn differences(mcu: &str, clock_hz: u32) -> (usize, Vec<String>) {
             Ok(report) if report.agreed => agreed += 1,
             Ok(report) => faults.push(format!("{mcu}: {title}\n{}", report.text())),
             // AP101 has no integers, and 100 jumps back take too long for the period of a slow chip.
-            Err(_) if mcu == "ap101" => {}
+            Err(refusals) if mcu == "ap101" && refusals.iter().all(|refusal| refusal.code == "LC007") => {}
             Err(refusals) if refusals.iter().all(|refusal| refusal.code == "LC022") && title.contains("loop") => {}
             Err(refusals) => faults.push(format!("{mcu}: {title}: {refusals:?}")),
         }
@@ -95,8 +95,15 @@ fn random_programs(mcu: &str, clock_hz: u64, cycle_ms: u64) -> usize {
         let program = to_ladder(&parsed.program, il_settings(1000 * cycle_ms)).expect("accepted text").program;
         let options =
             CheckOptions { mcu: mcu.to_owned(), scans: 120, seed, clock_hz: Some(clock_hz), ..CheckOptions::default() };
-        let Ok(report) = check(&program, &options, &mut |_, _| {}) else { continue };
-        assert!(report.agreed, "{mcu}, program {seed}:\n{text}\n{}", report.text());
+        match check(&program, &options, &mut |_, _| {}) {
+            Ok(report) => assert!(report.agreed, "{mcu}, program {seed}:\n{text}\n{}", report.text()),
+            Err(refusals) => {
+                // The scan is too long, or the program or its data too large.
+                let is_limit = |code: &str| ["LC022", "LC030", "LC031"].contains(&code);
+                assert!(refusals.iter().all(|refusal| is_limit(refusal.code)), "{mcu}, program {seed}: {refusals:?}");
+                continue;
+            }
+        }
         agreed += 1;
     }
     agreed

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ladder::LadderProgram;
 
+#[path = "../../../tests/ladder/parse.rs"]
 mod parse;
 
 pub use parse::parse;

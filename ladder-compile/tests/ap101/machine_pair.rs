@@ -10,6 +10,9 @@ use ladder_compile::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, Com
 use ladder_compile::{CellLocation, lower_for_target};
 use ladder_eval::Evaluator;
 
+#[path = "../../../tests/ladder/parse.rs"]
+mod parse;
+
 pub const TARGET: &CompileTarget = &TARGETS[0];
 
 /// Program head: a cycle of 10 ms, a clock of 1 MHz.
@@ -17,26 +20,20 @@ pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\n
 
 /// Parses rungs in the dialect of the standard head. A text that begins with a header is used unchanged.
 pub fn program(text: &str) -> LadderProgram {
-    // Also with a CTC that is not last in its rung.
-    let is_sound = |program: &LadderProgram| !ladder::check(program).iter().any(diag::Diagnostic::is_error);
-    let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{HEAD}{text}\n") };
-    let release_23 = ladder::ParseOptions { dialect: Some(LadderDialect::Ldmicro23) };
-    let as_release_23 = ladder::parse_with("test.ld", &text, release_23).ok().map(|parsed| parsed.program);
-    let fits = |program: &LadderProgram| program.format == ladder::LdFormat::V01 && is_sound(program);
-    as_release_23.filter(fits).unwrap_or_else(|| parsed(&text, None))
+    parse::parse("test.ld", &with_head(text))
 }
 
 /// Parses rungs in a given dialect, as [`program`] does.
 pub fn program_in(text: &str, dialect: LadderDialect) -> LadderProgram {
-    parsed(text, Some(dialect))
-}
-
-fn parsed(text: &str, dialect: Option<LadderDialect>) -> LadderProgram {
-    let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{HEAD}{text}\n") };
-    match ladder::parse_with("test.ld", &text, ladder::ParseOptions { dialect }) {
+    let text = with_head(text);
+    match ladder::parse_with("test.ld", &text, ladder::ParseOptions { dialect: Some(dialect) }) {
         Ok(parsed) => parsed.program,
         Err(errors) => panic!("{}\n{text}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
     }
+}
+
+fn with_head(text: &str) -> String {
+    if text.starts_with("LDmicro") { text.to_owned() } else { format!("{HEAD}{text}\n") }
 }
 
 /// Lowers a program for this machine.

@@ -3,6 +3,8 @@
 pub mod bench;
 pub mod ir;
 pub mod ladders;
+#[path = "../../../../tests/ladder/parse.rs"]
+mod parse;
 
 use emu_avr::Avr;
 use emu_core::{Cpu, RamInit};
@@ -23,26 +25,12 @@ pub fn cases(table: &str) -> Vec<(String, Vec<String>)> {
     all
 }
 
-/// The program as one of release 2.3 if its header says so and that release has all that it uses.
-fn parse_as_release_23(file: &str, text: &str) -> Option<LadderProgram> {
-    let options = ladder::ParseOptions { dialect: Some(ladder::LadderDialect::Ldmicro23) };
-    let program = ladder::parse_with(file, text, options).ok()?.program;
-    let is_sound = !ladder::check(&program).iter().any(|found| found.is_error());
-    (is_sound && program.format == ladder::LdFormat::V01).then_some(program)
-}
-
 /// Parses rungs with a cycle of 10 ms and a clock of 4 MHz. A text that begins with a header is used
 /// unchanged.
 pub fn program(text: &str) -> LadderProgram {
     let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n";
     let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{head}{text}\n") };
-    if let Some(program) = parse_as_release_23("test.ld", &text) {
-        return program;
-    }
-    match ladder::parse("test.ld", &text) {
-        Ok(parsed) => parsed.program,
-        Err(errors) => panic!("{}\n{text}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
-    }
+    parse::parse("test.ld", &text)
 }
 
 /// Options for an ATmega328P, otherwise default.

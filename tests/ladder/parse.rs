@@ -1,4 +1,4 @@
-//! Parses programs from text, for the integration tests.
+//! Parses programs from text, for the tests of several crates.
 
 use ladder::LadderProgram;
 
