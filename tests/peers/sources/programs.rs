@@ -142,3 +142,18 @@ fn programs_agree_as_sketches() {
     each(&written(), SourceRoute::Arduino, "atmega328p", 100);
     each(&random(5), SourceRoute::Arduino, "atmega328p", 100);
 }
+
+/// Each peripheral behind a compare that never holds: its calls are gone from the sketch, and gcc has no warning for
+/// the functions that are left.
+#[test]
+#[ignore = "needs avr-g++ and the core of the Arduino: .ci/peers installs them"]
+fn peripherals_that_are_never_used_agree_as_sketches() {
+    let elements =
+        ["PERSIST a", "READ_ADC Aa", "SET_PWM a 1000", "UART_RECV a", "UART_SEND a", "FORMATTED_STRING a 3 92 51 100"];
+    let rungs: String = elements.map(|element| format!("RUNG\n    EQU 1 2\n    {element}\nEND\n")).concat();
+    let text = format!(
+        "LDmicro0.1\nCYCLE=10000\nCRYSTAL=16000000\nBAUD=9600\n\nIO LIST\nEND\n\nPROGRAM\n{rungs}RUNG\n    CONTACTS Xa \
+         0\n    COIL Yb 0 0 0\nEND\n"
+    );
+    each(&[parse("unused.ld", &text)], SourceRoute::Arduino, "atmega328p", 20);
+}
