@@ -12,7 +12,7 @@ impl FlatBuilder<'_> {
     /// Resolves a line; its number is that of its operation.
     pub(crate) fn line(&mut self, step: &IlStep) -> Result<u32, UnsupportedReason> {
         let op = match &step.action {
-            IlAction::Label => IlOp::Nothing,
+            IlAction::Nothing => IlOp::Nothing,
             IlAction::Load { negated, source, iec_type } => {
                 IlOp::Load { negated: *negated, value: self.il_value(source)?, number: number_type(iec_type) }
             }

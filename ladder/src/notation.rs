@@ -114,7 +114,7 @@ fn find_notation(file: &str, text: &str) -> FoundNotation {
         };
         return FoundNotation::Refused(name, WRITE_IL);
     }
-    if start.starts_with('{') {
+    if start.starts_with('{') && !il::is_pragma(start) {
         return FoundNotation::Refused("ladder as JSON", WRITE_IL);
     }
     if start.starts_with("LDmicro") {
@@ -138,13 +138,15 @@ fn find_notation(file: &str, text: &str) -> FoundNotation {
     FoundNotation::Read(Notation::Ldmicro)
 }
 
-/// Returns the text behind the comments at its beginning.
+/// Returns the text behind the comments and pragmas at its beginning.
 fn without_comments(text: &str) -> &str {
     let mut rest = text;
     loop {
         rest = rest.trim_start();
         let end = if rest.starts_with("(*") {
             rest.find("*)").map(|end| end + 2)
+        } else if il::is_pragma(rest) {
+            rest.find('}').map(|end| end + 1)
         } else if rest.starts_with(';') || rest.starts_with("//") {
             Some(rest.find('\n').unwrap_or(rest.len()))
         } else {

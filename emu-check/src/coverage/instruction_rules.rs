@@ -23,7 +23,7 @@ pub(crate) fn instruction_outcomes(
         IlCondition::IfFalse => Some(vec![("acts", NOT_IN, Always), ("rests", IN, Always)]),
     };
     Some(match &step.action {
-        IlAction::Load { source: IlSource::Constant(_), .. } | IlAction::Label => return None,
+        IlAction::Load { source: IlSource::Constant(_), .. } | IlAction::Nothing => return None,
         IlAction::Open { source: None | Some(IlSource::Constant(_)), .. } => return None,
         IlAction::Load { .. }
         | IlAction::Not { .. }

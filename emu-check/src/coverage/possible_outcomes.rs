@@ -297,7 +297,7 @@ impl<'a> AnalysisPass<'a> {
             // The current result of Instruction List does not begin anew with a rung.
             Element::Instruction(step) => {
                 element.facts().written().for_each(|name| _ = self.bits.insert(name.to_owned(), BOTH));
-                if matches!(step.action, IlAction::Label) {
+                if matches!(step.action, IlAction::Nothing) {
                     return same;
                 }
                 FALSE_FALSE | FALSE_TRUE | TRUE_FALSE | TRUE_TRUE

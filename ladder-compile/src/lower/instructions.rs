@@ -42,7 +42,7 @@ impl InstructionState {
         let lines: Vec<(ElementId, &IlStep)> = program
             .elements()
             .filter_map(|ProgramElement { id, element, .. }| match element {
-                Element::Instruction(step) if !matches!(step.action, IlAction::Label) => Some((id, step.as_ref())),
+                Element::Instruction(step) if !matches!(step.action, IlAction::Nothing) => Some((id, step.as_ref())),
                 _ => None,
             })
             .collect();
@@ -95,7 +95,7 @@ impl Lowering<'_> {
     pub(super) fn instruction(&mut self, step: &IlStep) {
         let before = step.before.as_ref();
         match &step.action {
-            IlAction::Label => {}
+            IlAction::Nothing => {}
             IlAction::Load { negated, source, iec_type } => self.load_result(source, before, iec_type, *negated),
             IlAction::Store { negated, target } => self.store_result(*negated, target, before),
             IlAction::Set(target) => self.change_if_true(target, true, before),

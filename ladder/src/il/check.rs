@@ -143,6 +143,7 @@ impl<'a> IlChecker<'a> {
             IlOperation::Store { negated, target } => self.store(*negated, target, before, pos),
             IlOperation::Set(target) => self.set_or_reset("S", target, before, pos),
             IlOperation::Reset(target) => self.set_or_reset("R", target, before, pos),
+            IlOperation::NoTarget { .. } => self.used(before, pos),
             IlOperation::Not => {
                 let result = self.used(before, pos);
                 self.expect_bits("NOT", &result, pos);

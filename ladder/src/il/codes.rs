@@ -8,8 +8,8 @@ diag::codes! {
         "The size is limited so that a damaged file cannot exhaust the memory of the computer: 4 MiB of text and 20,000 lines of instructions or variables.";
     IL_TOO_MANY_ERRORS "IL002" "further errors are not shown"
         "The reader reports at most 100 errors. Fix: correct these first.";
-    IL_OPEN "IL003" "a comment or a string has no end"
-        "A comment begins with (* and ends with the next *); comments do not nest. A string ends on its line. Fix: add the end.";
+    IL_OPEN "IL003" "a comment, a pragma or a string has no end"
+        "A comment begins with (* and ends with the next *); comments do not nest. A pragma is between { and }; it has no meaning here and is kept as a comment. A string ends on its line. Fix: add the end.";
     IL_CHARACTER "IL004" "unexpected character or word"
         "The line has a character or a word that does not belong there. Instruction List has one instruction on each line: label, operator, operand, comment.";
     IL_STRUCTURED_TEXT "IL005" "this is Structured Text"
@@ -66,6 +66,11 @@ diag::codes! {
         "A line `)` executes the operator with `(` that waits. None waits here.";
     IL_NO_BLOCK "IL037" "a call of something that is no block"
         "CAL, the input operators and the short form take an instance of a function block: declare it, for example `T1 : TON;`.";
+
+    IL_NO_TARGET "IL038" "S or R without an operand"
+        "A warning: the grammar of IEC 61131-3 (annex B.2.1) allows S and R alone, but they name nothing to set or reset, so the line does nothing. Fix: add the variable, or delete the line.";
+    IL_NO_INSTRUCTION "IL039" "a program without instructions"
+        "The file has only declarations, comments or nothing, so there is nothing to run. Fix: give a file with instructions.";
 
     IL_UNDECLARED "IL101" "a name is not declared"
         "If a program declares variables, it must declare every name that it uses. A program without declarations (as in reference 001) may use any name.";

@@ -16,7 +16,7 @@ pub(crate) fn instruction_facts(step: &IlStep) -> ElementFacts<'_> {
         }
     }
     let (power, has_memory) = match &step.action {
-        IlAction::Label | IlAction::Open { source: None, .. } => (PowerEffect::Wire, false),
+        IlAction::Nothing | IlAction::Open { source: None, .. } => (PowerEffect::Wire, false),
         IlAction::Load { .. }
         | IlAction::Not { .. }
         | IlAction::Binary { .. }

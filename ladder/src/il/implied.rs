@@ -85,6 +85,7 @@ pub(super) fn for_each_operand(operation: &IlOperation, each: &mut dyn FnMut(&Il
             }
         }
         IlOperation::Binary { .. }
+        | IlOperation::NoTarget { .. }
         | IlOperation::Not
         | IlOperation::Close
         | IlOperation::Jump { .. }

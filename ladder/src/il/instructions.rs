@@ -58,7 +58,7 @@ impl<'a> IlReader<'a> {
     fn expect_line_end(&mut self) {
         let token = self.peek();
         // A `)` may follow on the same line; the writer gives it its own line.
-        if matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) || token.is(")") {
+        if is_operation_end(&token) {
             return;
         }
         let hint = if token.is(",") {
@@ -151,6 +151,8 @@ impl<'a> IlReader<'a> {
         Ok(match keyword {
             IlKeyword::Load { negated } => IlOperation::Load { negated, operand: self.operand_of(operator)? },
             IlKeyword::Store { negated } => IlOperation::Store { negated, target: self.target_of(operator)? },
+            IlKeyword::Set if is_operation_end(&token) => IlOperation::NoTarget { operator: "S" },
+            IlKeyword::Reset if is_operation_end(&token) => IlOperation::NoTarget { operator: "R" },
             IlKeyword::Set => IlOperation::Set(self.target_of(operator)?),
             IlKeyword::Reset => IlOperation::Reset(self.target_of(operator)?),
             IlKeyword::Not => self.without_operand(operator, IlOperation::Not)?,
@@ -187,7 +189,7 @@ impl<'a> IlReader<'a> {
         operation: IlOperation,
     ) -> Result<IlOperation, FaultReported> {
         let token = self.peek();
-        if matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) || token.is(")") {
+        if is_operation_end(&token) {
             return Ok(operation);
         }
         let cause = format!("{} takes no operand, but {} follows", operator.word, shown(&token));
@@ -249,8 +251,7 @@ impl<'a> IlReader<'a> {
             self.advance();
             self.open(operator.pos);
             let token = self.peek();
-            let is_alone = matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) || token.is(")");
-            let operand = if is_alone { None } else { Some(self.operand_of(operator)?) };
+            let operand = if is_operation_end(&token) { None } else { Some(self.operand_of(operator)?) };
             let operand = IlBinaryOperand::Deferred(operand);
             return Ok(IlOperation::Binary { operator: binary, negated, operand });
         }
@@ -344,4 +345,9 @@ fn wrong_base(word: &str) -> &str {
         "RETC" | "RETCN" | "RETNC" => "RET",
         other => other,
     }
+}
+
+/// Whether an operation is complete before this token: at the end of the line or before a `)`.
+fn is_operation_end(token: &IlToken<'_>) -> bool {
+    matches!(token.kind, IlTokenKind::Newline | IlTokenKind::End) || token.is(")")
 }

@@ -17,7 +17,7 @@ pub(super) enum IlTokenKind {
     Typed,
     /// String between quotation marks.
     Text,
-    /// Comment with its delimiters.
+    /// Comment or pragma with its delimiters.
     Comment,
     /// A comment or string without its end.
     Open,
@@ -85,6 +85,12 @@ fn is_name_char(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }
 
+/// Whether a text that begins with `{` begins with a pragma (IEC 61131-3, 2.1.6), not with an object of JSON.
+pub(crate) fn is_pragma(text: &str) -> bool {
+    let inner = text.strip_prefix('{').map(str::trim_start);
+    inner.is_some_and(|inner| !inner.is_empty() && !inner.starts_with(['"', '{', '}', '[']))
+}
+
 impl<'a> IlLexer<'a> {
     /// Takes `length` bytes as a token.
     fn push(&mut self, length: usize, kind: IlTokenKind) {
@@ -121,6 +127,10 @@ impl<'a> IlLexer<'a> {
             ' ' | '\t' | '\r' | '\u{feff}' => self.skip(first.len_utf8()),
             '(' if second == '*' => match self.rest[2..].find("*)") {
                 Some(length) => self.push(length + 4, IlTokenKind::Comment),
+                None => self.push(self.rest.len(), IlTokenKind::Open),
+            },
+            '{' if is_pragma(self.rest) => match self.rest.find('}') {
+                Some(length) => self.push(length + 1, IlTokenKind::Comment),
                 None => self.push(self.rest.len(), IlTokenKind::Open),
             },
             '/' if second == '/' => self.push(self.line_length(), IlTokenKind::Comment),

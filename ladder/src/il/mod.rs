@@ -46,6 +46,7 @@ pub use codes::IL_CODES;
 pub(crate) use facts::instruction_facts;
 pub use flow::ResultType;
 pub use functions::standard_functions;
+pub(crate) use lexer::is_pragma;
 pub use listing::program_text;
 pub(crate) use listing::{listing, listings};
 pub use model::{

@@ -289,6 +289,11 @@ pub enum IlOperation {
     Set(IlOperand),
     /// R: resets the operand if the current result is TRUE.
     Reset(IlOperand),
+    /// S or R without an operand. The grammar of the standard (annex B.2.1) allows it; it does nothing.
+    NoTarget {
+        /// Operator: `S` or `R`.
+        operator: &'static str,
+    },
     /// NOT: complements the current result.
     Not,
     /// AND to LT: current result := current result operator operand.
@@ -445,7 +450,11 @@ impl IlOperation {
                 name.pos = Pos::default();
                 parameters.iter_mut().for_each(IlParameter::clear_positions);
             }
-            IlOperation::Not | IlOperation::Close | IlOperation::Return(_) | IlOperation::Binary { .. } => {}
+            IlOperation::NoTarget { .. }
+            | IlOperation::Not
+            | IlOperation::Close
+            | IlOperation::Return(_)
+            | IlOperation::Binary { .. } => {}
         }
     }
 }

@@ -215,8 +215,11 @@ impl<'a> IlReader<'a> {
                     self.program.instructions.extend(lines);
                 }
                 IlTokenKind::Open => {
-                    let cause =
-                        if token.text.starts_with("(*") { "the comment has no end" } else { "the string has no end" };
+                    let cause = match token.text.as_bytes().first() {
+                        Some(b'(') => "the comment has no end",
+                        Some(b'{') => "the pragma has no end",
+                        _ => "the string has no end",
+                    };
                     self.error(codes::IL_OPEN, token.pos, cause, "add the end");
                     self.advance();
                 }

@@ -48,6 +48,10 @@ pub fn to_ladder(program: &IlProgram, settings: ProgramSettings) -> Result<Resol
     let mut resolver = IlResolver::new(&complete, declared);
     resolver.check_cycle(settings.cycle_us);
     let rungs = resolver.rungs();
+    if program.instructions.iter().all(|line| line.label.is_none() && line.operation.is_none()) {
+        let hint = "write instructions such as LD a and ST b";
+        resolver.error(codes::IL_NO_INSTRUCTION, Pos::new(1, 1, 1), "the program has no instruction", hint);
+    }
     resolver.note_declarations();
     diagnostics.append(&mut resolver.diagnostics);
     diagnostics.sort_by(|a, b| (a.pos, a.code).cmp(&(b.pos, b.code)));
@@ -198,7 +202,7 @@ impl<'a> IlResolver<'a> {
 
     /// Returns what a line does; `None` if it was reported as an error.
     fn action(&mut self, index: usize, line: &IlInstruction) -> Option<IlAction> {
-        let Some(operation) = &line.operation else { return Some(IlAction::Label) };
+        let Some(operation) = &line.operation else { return Some(IlAction::Nothing) };
         let before = self.before.get(index).map_or(ResultType::Unknown, without_call);
         Some(match operation {
             IlOperation::Load { operand, .. } if self.input_of(operand, "LD").is_some() => {
@@ -219,6 +223,12 @@ impl<'a> IlResolver<'a> {
             }
             IlOperation::Set(target) => IlAction::Set(self.target(target)?),
             IlOperation::Reset(target) => IlAction::Reset(self.target(target)?),
+            IlOperation::NoTarget { operator } => {
+                let cause = format!("{operator} has no operand and does nothing");
+                let hint = format!("write {operator} and a variable or an address such as %QX0.0");
+                self.report(Severity::Warning, codes::IL_NO_TARGET, line.pos, cause, &hint);
+                IlAction::Nothing
+            }
             IlOperation::Not => IlAction::Not { iec_type: concrete(&before).unwrap_or(IecType::Bool) },
             IlOperation::Binary { operator, negated, operand: IlBinaryOperand::Value(operand) } => {
                 let (source, found) = self.source(operand)?;

@@ -54,8 +54,8 @@ pub enum IlSource {
 /// What a line does.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum IlAction {
-    /// Nothing: the line has only a label.
-    Label,
+    /// Nothing: the line has only a label, or S or R without an operand.
+    Nothing,
     /// LD, LDN.
     Load {
         /// Modifier N.
@@ -270,7 +270,7 @@ impl IlStep {
             IlCondition::IfFalse => names[2],
         };
         match &self.action {
-            IlAction::Label => "LABEL",
+            IlAction::Nothing => "LABEL",
             IlAction::Load { negated, .. } => ["LD", "LDN"][usize::from(*negated)],
             IlAction::Store { negated, .. } => ["ST", "STN"][usize::from(*negated)],
             IlAction::Set(_) => "S",
@@ -293,7 +293,7 @@ impl IlStep {
             IlAction::Open { source, .. } => (source.as_ref(), None, &[]),
             IlAction::Call { call, .. } => (None, Some(call), &[]),
             IlAction::Function(function) => (None, None, &function.arguments),
-            IlAction::Label
+            IlAction::Nothing
             | IlAction::Store { .. }
             | IlAction::Set(_)
             | IlAction::Reset(_)

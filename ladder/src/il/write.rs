@@ -91,6 +91,7 @@ pub fn instruction_text(operation: &IlOperation) -> String {
         IlOperation::Store { negated, target } => format!("ST{} {}", negation(*negated), operand_text(target)),
         IlOperation::Set(target) => format!("S {}", operand_text(target)),
         IlOperation::Reset(target) => format!("R {}", operand_text(target)),
+        IlOperation::NoTarget { operator } => (*operator).to_owned(),
         IlOperation::Not => "NOT".to_owned(),
         IlOperation::Binary { operator, negated, operand } => {
             let operator = format!("{}{}", operator.keyword(), negation(*negated));

@@ -112,6 +112,7 @@ fn simple() -> impl Strategy<Value = IlOperation> {
         target().prop_map(IlOperation::Set),
         target().prop_map(IlOperation::Reset),
         Just(IlOperation::Not),
+        select(vec!["S", "R"]).prop_map(|operator| IlOperation::NoTarget { operator }),
         (binary, any::<bool>(), operand()).prop_map(|(operator, negated, operand)| IlOperation::Binary {
             operator,
             negated: negated && operator.is_logic(),

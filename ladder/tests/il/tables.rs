@@ -264,7 +264,7 @@ fn hints_name_what_was_meant() {
         ("LD a\nNA b", "write ANDN"),
         ("LD a\nLDC b", "LD has the modifier N"),
         ("LD a\nJMP lop\nloop:", "did you mean loop?"),
-        ("LD a\nS", "write S and a variable"),
+        ("LD a\nST", "write ST and a variable"),
         ("LD a\nLD NOT b", "write LDN"),
     ] {
         let fault = first_fault(source);
