@@ -26,6 +26,14 @@ impl PinAssignment {
     pub fn new(symbol: &str, pin: &str) -> PinAssignment {
         PinAssignment { symbol: symbol.to_owned(), pin: pin.to_owned() }
     }
+
+    /// Returns the assignment with the name as the program spells it ([`ladder::find_symbol`]).
+    #[must_use]
+    pub fn spelled_in(&self, program: &LadderProgram) -> PinAssignment {
+        let symbols = program.symbols();
+        let found = ladder::find_symbol(&symbols, &self.symbol).and_then(|index| symbols.get(index));
+        PinAssignment::new(found.map_or(self.symbol.as_str(), |symbol| symbol.name.as_str()), &self.pin)
+    }
 }
 
 /// A symbol with its pin.
@@ -61,6 +69,9 @@ struct PinRequest {
     kind: SymbolKind,
 }
 
+/// Number of symbols that a hint names.
+const MOST_NAMED: usize = 12;
+
 /// The pins of a program.
 #[derive(Debug, Clone, Default)]
 pub struct PinPlan {
@@ -80,6 +91,7 @@ pub fn assign_pins(
     notes: &mut Vec<Diagnostic>,
 ) -> PinPlan {
     let chip = target.chip;
+    let requested: Vec<PinAssignment> = requested.iter().map(|given| given.spelled_in(program)).collect();
     let used = program.elements().filter_map(|ProgramElement { element, .. }| match element {
         Element::ReadAdc { name, .. } => Some(name.clone()),
         _ => None,
@@ -122,15 +134,15 @@ pub fn assign_pins(
         }
     }
     let mut requested_symbols: Vec<&str> = Vec::new();
-    for PinAssignment { symbol, pin } in requested {
+    for PinAssignment { symbol, pin } in &requested {
         if !wanted_pins.iter().any(|s| s.name == *symbol) && !is_pwm(symbol) {
             let cause = format!("--pin {symbol}={pin}: the program has no input or output `{symbol}`");
-            push_diagnostic(
-                codes::PIN_SYMBOL,
-                none,
-                cause,
-                "name an X, Y or A symbol as the program spells it".to_owned(),
-            );
+            let named = wanted_pins.iter().map(|symbol| symbol.name.as_str());
+            let hint = match diag::nearest(symbol, named.clone()) {
+                Some(near) => format!("did you mean {near}?"),
+                None => format!("name one of {}", named.take(MOST_NAMED).collect::<Vec<_>>().join(", ")),
+            };
+            push_diagnostic(codes::PIN_SYMBOL, none, cause, hint);
         } else if requested_symbols.contains(&symbol.as_str()) {
             let cause = format!("--pin gives `{symbol}` a pin twice, the second time {pin}");
             push_diagnostic(codes::PIN_GIVEN_TWICE, none, cause, "remove one of them".to_owned());

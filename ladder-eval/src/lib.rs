@@ -112,7 +112,7 @@ impl Evaluator {
     /// Index of a symbol, by its full name (`Xbutton`).
     #[must_use]
     pub fn index(&self, name: &str) -> Option<usize> {
-        self.code.by_name.get(name).copied()
+        self.code.by_name.get(name).copied().or_else(|| ladder::find_symbol(&self.code.symbols, name))
     }
 
     /// Current value of a symbol: 0 or 1 for a bit, a signed number of its width for an integer.

@@ -42,8 +42,8 @@ impl LadderView {
         let Some(newest) = moment.current_scan.as_ref().or(moment.last_scan.as_ref()) else {
             return Err(ViewError::NoScan { was_reset: follower.scans_before > 0 });
         };
-        let place = self.facts.places.get(symbol);
-        let value = place.and_then(|place| place.value(target)).unwrap_or(0) as i32;
+        let value = self.facts.chip_value(symbol, target);
+        let shown = self.facts.shown_value(symbol, value);
         let prefix: ScanPrefix = (newest.clone(), self.reached_element(&moment, symbol, value));
         let explainer = ChangeExplainer { view: self, follower };
         let fits = prefix.0.value(symbol, prefix.1) == value;
@@ -53,10 +53,10 @@ impl LadderView {
                 change => change.map(|change| change.0.number),
             };
             let scan = scan.map_or(since.to_owned(), |scan| format!("scan {scan}"));
-            return Ok(vec![format!("{name} is {value} since {scan}: its pin")]);
+            return Ok(vec![format!("{name} is {shown} since {scan}: its pin")]);
         }
         if !fits {
-            return Ok(vec![format!("{name} is {value}: it was set from outside; no element has written that")]);
+            return Ok(vec![format!("{name} is {shown}: it was set from outside; no element has written that")]);
         }
         let mut lines = Vec::new();
         // The element that wrote the symbol last ran in this scan or in the previous one.
@@ -69,7 +69,7 @@ impl LadderView {
         match &found {
             Some((writer, scan)) => {
                 let place = self.element_text(*writer);
-                let mut line = format!("{name} is {value}: {place} wrote it in scan {}", scan.number);
+                let mut line = format!("{name} is {shown}: {place} wrote it in scan {}", scan.number);
                 if scan.number < prefix.0.number && prefix.1.is_some_and(|to| *writer >= to) {
                     line.push_str(&format!(", scan {} has not come to it yet", prefix.0.number));
                 }
@@ -79,7 +79,7 @@ impl LadderView {
             None => {
                 let far = if prefix.1.is_some() { " so far" } else { "" };
                 let number = prefix.0.number;
-                lines.push(format!("{name} is {value}: no element of scan {number} has written it{far}"));
+                lines.push(format!("{name} is {shown}: no element of scan {number} has written it{far}"));
             }
         }
         let written_in = found.map_or(prefix.0.number, |(_, scan)| scan.number);
@@ -88,7 +88,8 @@ impl LadderView {
                 if change.0.number == written_in {
                     lines.push(format!("it became that in scan {written_in}"));
                 } else {
-                    let (scan, value) = (&change.0, change.0.value(symbol, change.1));
+                    let scan = &change.0;
+                    let value = self.facts.shown_value(symbol, scan.value(symbol, change.1));
                     let number = scan.number;
                     let cycle = scan.cycle;
                     lines.push(format!("it became {value} in scan {number}, whose inputs were taken in cycle {cycle}"));
@@ -138,7 +139,10 @@ impl LadderView {
             return format!(" ({name} {})", u8::from(after != *negated));
         }
         let behind = ElementId { index: decider.id.index + 1, ..decider.id };
-        let one = |name: &str| Some(format!("{name} {}", scan.value(self.facts.power_up.index(name)?, Some(behind))));
+        let one = |name: &str| {
+            let symbol = self.facts.power_up.index(name)?;
+            Some(format!("{name} {}", self.facts.shown_value(symbol, scan.value(symbol, Some(behind)))))
+        };
         let all: Vec<String> = deciding_symbols(decider.element).iter().filter_map(|name| one(name)).collect();
         if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
     }
@@ -211,7 +215,8 @@ impl ChangeExplainer<'_> {
                 // A symbol that the element itself writes counts with its value after the element.
                 let behind = ElementId { index: decider.id.index + 1, ..decider.id };
                 let Some(change) = self.last_change(cause, &(scan.clone(), Some(behind))) else { continue };
-                let (number, value) = (change.0.number, change.0.value(cause, change.1));
+                let number = change.0.number;
+                let value = view.facts.shown_value(cause, change.0.value(cause, change.1));
                 if number + 1 < scan.number {
                     continue;
                 }

@@ -30,6 +30,7 @@ use std::sync::Arc;
 use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 use emu_core::Chip;
 use emu_debug::debug::{DynMachine, ExpressionPlace, ProgramFollower};
+use ladder::il::IecType;
 use ladder::{ChipPart, ElementId, LadderProgram, RungNode};
 use ladder_compile::{CellLocation as Kept, ElementMap, ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
@@ -115,6 +116,24 @@ pub struct ElementStart {
     pub word: u32,
 }
 
+impl ProgramFacts {
+    /// Reads a symbol on the chip as the evaluator holds it, with a sign; 0 without a place.
+    fn chip_value(&self, symbol: usize, target: &dyn DynMachine) -> i32 {
+        let place = self.places.get(symbol);
+        let value = place.and_then(|place| place.value(target)).unwrap_or(0) as i32;
+        let unused = match place {
+            Some(ExpressionPlace::Memory { bytes, .. }) => 32 - 8 * u32::from((*bytes).clamp(1, 4)),
+            _ => 0,
+        };
+        value << unused >> unused
+    }
+
+    /// Formats a value of the evaluator as the type of the symbol shows it.
+    fn shown_value(&self, symbol: usize, value: i32) -> i64 {
+        self.power_up.symbols().get(symbol).map_or(value.into(), |symbol| symbol.shown_value(value))
+    }
+}
+
 impl LadderView {
     /// Creates a view from a program and the map of its image. Cheap to clone.
     ///
@@ -143,7 +162,8 @@ impl LadderView {
         let mut places = Vec::new();
         for symbol in start.symbols() {
             let kept = map.symbols.iter().find(|kept| kept.name == symbol.name);
-            let place = kept.and_then(|kept| debugger_place(chip, &kept.place));
+            let signed = symbol.iec_type.as_ref().is_none_or(IecType::is_signed);
+            let place = kept.and_then(|kept| debugger_place(chip, &kept.place, signed));
             places.push(
                 place.ok_or_else(|| refuse(format!("the map has no place on {} for `{}`", chip.name, symbol.name)))?,
             );
@@ -201,6 +221,12 @@ impl LadderView {
     #[must_use]
     pub fn values(&self, target: &dyn DynMachine) -> Vec<(String, Option<i64>)> {
         self.symbols().into_iter().map(|(name, place)| (name, place.value(target))).collect()
+    }
+
+    /// Whether a symbol is TRUE before the first scan, by its declaration.
+    #[must_use]
+    pub fn is_high_at_power_up(&self, name: &str) -> bool {
+        self.facts.power_up.index(name).is_some_and(|symbol| self.facts.power_up.get(symbol) != 0)
     }
 
     /// The ladder program.
@@ -304,13 +330,14 @@ impl LadderView {
     }
 }
 
-/// Converts a place of the map for the debugger; `None` if the chip has no such memory.
-fn debugger_place(chip: &'static Chip, kept: &Kept) -> Option<ExpressionPlace> {
+/// Converts a place of the map for the debugger; `None` if the chip has no such memory. `signed` says whether a number
+/// there has a sign.
+fn debugger_place(chip: &'static Chip, kept: &Kept, signed: bool) -> Option<ExpressionPlace> {
     let memory = |name: &str| chip.spaces.iter().find(|(space, ..)| *space == name).map(|found| found.0);
     Some(match kept {
         Kept::Bit { space, addr, bit } => ExpressionPlace::Bit { space: memory(space)?, addr: *addr, bit: *bit },
         Kept::Word { space, addr, bytes } => {
-            ExpressionPlace::Memory { space: memory(space)?, addr: *addr, bytes: *bytes, signed: true }
+            ExpressionPlace::Memory { space: memory(space)?, addr: *addr, bytes: *bytes, signed }
         }
     })
 }

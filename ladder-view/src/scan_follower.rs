@@ -130,8 +130,8 @@ impl ScanFollower {
 
     /// Copies the values of the chip to the evaluator when the inputs are latched.
     fn latch_inputs(&mut self, target: &dyn DynMachine) {
-        for (symbol, place) in self.facts.places.iter().enumerate() {
-            self.eval.set(symbol, place.value(target).unwrap_or(0) as i32);
+        for symbol in 0..self.facts.places.len() {
+            self.eval.set(symbol, self.facts.chip_value(symbol, target));
         }
         if self.last_scan.is_none() {
             // Content of the EEPROM at power-up.
@@ -153,7 +153,7 @@ impl ScanFollower {
     /// These are the results of the converter and received bytes. A byte is detected by its flag, or, if it
     /// arrived later, by the changed value of its symbol.
     fn run_scan(&self, eval: &mut Evaluator, cycle: u64, target: &dyn DynMachine) -> FollowedScan {
-        let value = |symbol: usize| self.facts.places.get(symbol).and_then(|place| place.value(target)).unwrap_or(0);
+        let value = |symbol: usize| self.facts.chip_value(symbol, target);
         let start: Vec<i32> = (0..self.facts.places.len()).map(|symbol| eval.get(symbol)).collect();
         for symbol in eval.adc_symbols().collect::<Vec<usize>>() {
             eval.set_adc(symbol, value(symbol).clamp(0, 1023) as u16);
@@ -161,9 +161,8 @@ impl ScanFollower {
         for &symbol in &self.facts.bus_symbols {
             eval.set_bus_answer(value(symbol) as u8);
         }
-        let came = |symbol: &usize| {
-            self.byte_received || start.get(*symbol).is_some_and(|start| i64::from(*start) != value(*symbol))
-        };
+        let came =
+            |symbol: &usize| self.byte_received || start.get(*symbol).is_some_and(|start| *start != value(*symbol));
         let mut with_byte = eval.clone();
         for &symbol in self.facts.received_symbols.iter().filter(|symbol| came(symbol)) {
             with_byte.receive(value(symbol) as u8);

@@ -67,4 +67,5 @@ pub use parse::{
 };
 pub use peripheral_checks::is_percent_resolution;
 pub use pulse_elements::stepper_counters;
+pub use symbol_kinds::find_symbol;
 pub use write::{element_text, write, write_bytes};

@@ -77,3 +77,24 @@ impl LadderSymbol {
         }
     }
 }
+
+/// Returns the index of the symbol that a user names.
+///
+/// In an IEC program case has no meaning, and the size letter X of an address may be absent: `%i0.0` is `%IX0.0`.
+#[must_use]
+pub fn find_symbol(symbols: &[LadderSymbol], name: &str) -> Option<usize> {
+    let exact = symbols.iter().position(|symbol| symbol.name == name);
+    exact.or_else(|| {
+        let key = iec_key(name);
+        symbols.iter().position(|symbol| symbol.iec_type.is_some() && iec_key(&symbol.name) == key)
+    })
+}
+
+/// A name as IEC 61131-3 compares it.
+fn iec_key(name: &str) -> String {
+    let upper = name.to_ascii_uppercase();
+    match (upper.get(..2), upper.get(2..).and_then(|rest| rest.strip_prefix('X'))) {
+        (Some(area @ ("%I" | "%Q" | "%M")), Some(path)) => format!("{area}{path}"),
+        _ => upper,
+    }
+}

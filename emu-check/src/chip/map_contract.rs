@@ -256,7 +256,8 @@ pub(crate) fn requested_pin<'a>(
     chip: &Chip,
     name: &str,
 ) -> Option<&'a str> {
-    if let Some(PinAssignment { pin, .. }) = options.pins.iter().find(|given| given.symbol == name) {
+    if let Some(PinAssignment { pin, .. }) = options.pins.iter().find(|given| given.spelled_in(program).symbol == name)
+    {
         return Some(pin);
     }
     let micro = program.settings.micro.as_deref()?;

@@ -174,7 +174,7 @@ impl MachineVisitor for PlayVisitor<'_> {
             time_rungs: false,
             eval: &eval,
         };
-        let mut io = ScenarioIo::new(&resolver);
+        let mut io = ScenarioIo::new(&resolver, &eval);
         let mut players = [ScenarioPlayer::new(Arc::new(bound))];
         let (mut compared, mut verdict) = (0, None);
         let cells = vec![0xFF; eval.eeprom().len()];

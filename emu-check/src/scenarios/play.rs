@@ -80,7 +80,8 @@ impl LadderResolver {
     }
 
     fn find_symbol(&self, name: &str) -> Result<(usize, &LadderSymbol), CheckError> {
-        let found = self.symbols.iter().enumerate().find(|(_, symbol)| symbol.name == name);
+        let found = ladder::find_symbol(&self.symbols, name);
+        let found = found.and_then(|index| Some((index, self.symbols.get(index)?)));
         found.ok_or_else(|| CheckError::UnknownSymbol { name: name.to_owned(), of_chip: is_chip_name(name) })
     }
 
@@ -196,8 +197,10 @@ pub(crate) struct ScenarioIo {
 }
 
 impl ScenarioIo {
-    pub(crate) fn new(resolver: &LadderResolver) -> ScenarioIo {
-        let (inputs, analog) = (vec![false; resolver.hints.inputs.len()], vec![0; resolver.hints.analog.len()]);
+    /// The state before the first scan: an input has the value of its symbol at power-up, 0 if none is declared.
+    pub(crate) fn new(resolver: &LadderResolver, power_up: &Evaluator) -> ScenarioIo {
+        let inputs = resolver.hints.inputs.iter().map(|symbol| power_up.get(*symbol) != 0).collect();
+        let analog = vec![0; resolver.hints.analog.len()];
         ScenarioIo { inputs, analog, ..ScenarioIo::default() }
     }
 
@@ -369,7 +372,7 @@ impl EvaluatorPlay {
     pub fn new(program: &LadderProgram) -> Result<EvaluatorPlay, Vec<Diagnostic>> {
         let eval = Evaluator::new(program).map_err(|refusal| vec![unsupported_diagnostic(program, &refusal)])?;
         let resolver = LadderResolver::new(program, &eval);
-        let io = ScenarioIo::new(&resolver);
+        let io = ScenarioIo::new(&resolver, &eval);
         Ok(EvaluatorPlay {
             resolver,
             io,

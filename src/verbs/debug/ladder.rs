@@ -85,15 +85,15 @@ impl DebugSubject {
     }
 }
 
-/// Returns the initial drives of the environment: inputs are low, as in `emu sim`, outputs that the chip can
-/// only pull low have pull-ups, and the receive line is high (idle).
+/// Returns the initial drives of the environment, as in `emu sim`: inputs are low, or high if their declaration
+/// says TRUE; outputs that the chip can only pull low have pull-ups, and the receive line is high (idle).
 pub(super) fn default_drives(view: &LadderView, chip: &Chip) -> Vec<TimedDrive> {
     let at = CycleTime::default();
     let map = view.map();
     let named = map.pins.iter().filter_map(|pin| {
         let id = chip.pin(&pin.pin)?;
         match pin.direction.as_str() {
-            "in" => Some((id, PinLevel::Low)),
+            "in" => Some((id, PinLevel::from_bit(view.is_high_at_power_up(&pin.name)))),
             _ => needs_pull_up(chip, id).then_some((id, PinLevel::PullUp)),
         }
     });
