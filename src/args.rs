@@ -4,7 +4,8 @@ use clap::{Parser, Subcommand};
 
 use crate::shared::flags::ColorChoice;
 use crate::verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim, wave,
+    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim,
+    test, wave,
 };
 
 const TOUR: &str = "\
@@ -61,6 +62,8 @@ pub enum CliVerb {
     Asm(asm::AsmArgs),
     /// Run a ladder program on the reference evaluator, scan by scan.
     Sim(sim::SimArgs),
+    /// Run the tests of a project or folder in parallel: scenarios, checks, images.
+    Test(test::TestArgs),
     /// Draw a waveform (VCD), as text or as a picture.
     Wave(wave::WaveArgs),
     /// Find the first difference between two traces.
@@ -95,6 +98,7 @@ impl CliVerb {
             CliVerb::Chips(args) => args.json,
             CliVerb::Check(args) => args.json,
             CliVerb::Sim(args) => args.json,
+            CliVerb::Test(args) => args.json,
             CliVerb::Fuzz(args) => args.json,
             CliVerb::Compile(args) => args.json,
             CliVerb::Lockstep(args) => args.json,
@@ -115,6 +119,7 @@ impl CliVerb {
             CliVerb::Compile(_) => "compile",
             CliVerb::Asm(_) => "asm",
             CliVerb::Sim(_) => "sim",
+            CliVerb::Test(_) => "test",
             CliVerb::Fuzz(_) => "fuzz",
             CliVerb::Wave(_) => "wave",
             CliVerb::Diff(_) => "diff",

@@ -27,7 +27,8 @@ use shared::flags::ColorChoice;
 use shared::output;
 use shared::report::MessageStyle;
 use verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim, wave,
+    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim,
+    test, wave,
 };
 
 /// Runs the command line of this process. `docs/cli.md` lists the exit codes.
@@ -78,6 +79,7 @@ fn run_verb(verb: CliVerb, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         CliVerb::Compile(args) => compile::compile(&args, terminal),
         CliVerb::Asm(args) => asm::asm(&args, terminal),
         CliVerb::Sim(args) => sim::sim(&args, terminal),
+        CliVerb::Test(args) => test::test(&args, terminal),
         CliVerb::Diff(args) => diff::diff(&args),
         CliVerb::Wave(args) => wave::wave(&args),
         CliVerb::Disasm(args) => disasm::disasm(&args, terminal),

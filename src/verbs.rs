@@ -16,4 +16,5 @@ pub mod migrate;
 pub mod run;
 pub mod shell;
 pub mod sim;
+pub mod test;
 pub mod wave;

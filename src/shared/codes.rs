@@ -71,6 +71,14 @@ diag::codes! {
     NO_MODEL "CLI015" "the chip of MICRO= has no model"
         "The program is drawn for a chip that emu does not have, or MICRO= is no name of LDmicro's list. Fix: --mcu CHIP runs it \
          on another chip, or choose one of `emu chips` in MICRO=.";
+    MANIFEST "CLI016" "emu.toml is malformed"
+        "emu.toml lists the tests of a project: [[test]] with run, sim or check and the flags of that command as keys, and \
+         [run], [sim] and [check] with flags for all of their tests. docs/test.md describes it. Fix: correct the line that \
+         the message names.";
+    NO_PROGRAM "CLI017" "a scenario has no program"
+        "`emu test` found a scenario and no program for it: neither the file that `program` names, in the folder of the \
+         scenario, nor a program or image with the name of the scenario. Fix: name the program in the first lines of \
+         the scenario, or put it beside the scenario.";
     PROTOCOL "CLI040" "the input is not the Debug Adapter Protocol"
         "`emu dap` reads messages of an editor, each with a header that gives its length. The input has no such header, an \
          impossible length, or ends in the middle of a message, so that the start of the next one is unknown. Fix: start \

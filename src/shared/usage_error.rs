@@ -121,6 +121,15 @@ pub enum UsageError {
         /// All symbols.
         known: Vec<String>,
     },
+    /// No test is left to run.
+    #[error("{}", match .found {
+        0 => "no test was found: neither an emu.toml with tests nor a scenario with its program".to_owned(),
+        found => format!("--filter selects none of the {found} tests (`emu test --list` names them)"),
+    })]
+    NoTest {
+        /// Number of tests that were found.
+        found: usize,
+    },
     /// A rung is named, and nothing says where it is.
     #[error("rungs need the map of the program: --map FILE")]
     RungWithoutMap,
