@@ -54,6 +54,7 @@ pub use model::{
 };
 pub(crate) use operators::is_operator;
 pub use reader::{MAX_IL_DEPTH, MAX_IL_LINES, ParsedIlProgram, read};
+pub(crate) use reserved_words::is_name;
 pub use resolve::{ResolvedIlProgram, il_settings, to_ladder};
 pub use steps::{
     BlockCall, BlockOutput, FunctionCall, IecVariable, IlAction, IlFunction, IlSource, IlStep, TypedSymbol,
