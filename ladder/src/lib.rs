@@ -19,6 +19,7 @@ mod bit_checks;
 mod bus_elements;
 mod check;
 mod codes;
+pub mod convert;
 mod counted_elements;
 mod dialect_marks;
 mod draw;

@@ -134,6 +134,7 @@ pub fn all_codes() -> Vec<&'static DiagnosticCode> {
         emu_ap101::config::CONFIG_CODES,
         ladder::CODES,
         ladder::il::IL_CODES,
+        ladder::convert::CONVERT_CODES,
         ladder_compile::CODES,
         ladder_view::CODES,
         emu_check::via::CODES,

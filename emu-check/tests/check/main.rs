@@ -3,6 +3,7 @@
 mod common;
 mod complete;
 mod contract;
+mod convert;
 mod corpus;
 mod examples;
 mod faults;

@@ -76,7 +76,7 @@ fn line_text(step: &IlStep, depth: &mut usize) -> String {
     *depth = depth.saturating_sub(usize::from(matches!(step.action, IlAction::Close { .. })));
     let label = step.label.as_ref().map_or("    ".to_owned(), |label| format!("{label}: "));
     let comment = step.comment.as_ref().map_or(String::new(), |comment| format!("  (* {comment} *)"));
-    let line = format!("{label}{}{}{comment}", "  ".repeat(*depth), step.text);
+    let line = format!("{label}{}{}{comment}", "  ".repeat(*depth), step.text());
     *depth += usize::from(matches!(step.action, IlAction::Open { .. }));
     format!("{}\n", line.trim_end())
 }
@@ -142,7 +142,7 @@ fn list_network(program: &LadderProgram, index: usize, columns: &ListingColumns)
                 let label = step.label.as_ref().map_or(String::new(), |label| format!("{label}:"));
                 let (operator, operand) = split_operation(step);
                 line += &format!("{label:<width$}{}", "  ".repeat(depth), width = columns.label);
-                column = if step.text.is_empty() { column } else { line.chars().count() };
+                column = if step.operation.is_none() { column } else { line.chars().count() };
                 let operation = format!("{operator:<OPERATOR_WIDTH$}{operand}");
                 let shown = operation.trim_end().chars().count().max(label.chars().count());
                 let wide = (columns.operand + OPERATOR_WIDTH).saturating_sub(2 * depth);
@@ -152,7 +152,7 @@ fn list_network(program: &LadderProgram, index: usize, columns: &ListingColumns)
                     .map_or(operation.clone(), |comment| format!("{operation:<wide$}  (* {} *)", printable(comment)));
                 drawing.lines.push(line);
                 depth += usize::from(matches!(step.action, IlAction::Open { .. }));
-                if step.text.is_empty() { label.chars().count() } else { shown }
+                if step.operation.is_none() { label.chars().count() } else { shown }
             }
             _ => continue,
         };

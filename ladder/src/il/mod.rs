@@ -31,6 +31,8 @@ mod links;
 mod listing;
 mod literals;
 mod model;
+mod network;
+mod network_view;
 mod operands;
 mod operators;
 mod reader;
@@ -53,8 +55,11 @@ pub use model::{
     IlBinaryOperand, IlBinaryOperator, IlBlockInput, IlCondition, IlInstruction, IlName, IlOperand, IlOperandKind,
     IlOperation, IlParameter, IlProgram, IlQualifier, IlSection, IlVariable,
 };
+pub use network::{CoilKind, LadderBlock, LadderLogic, LadderNetwork, LadderOutput, LadderStage, instructions_of};
+pub use network_view::{NoLadderForm, ladder_of};
 pub(crate) use operators::is_operator;
 pub use reader::{MAX_IL_DEPTH, MAX_IL_LINES, ParsedIlProgram, read};
+pub(crate) use reserved_words::is_name;
 pub use resolve::{ResolvedIlProgram, il_settings, to_ladder};
 pub use steps::{
     BlockCall, BlockOutput, FunctionCall, IecVariable, IlAction, IlFunction, IlSource, IlStep, TypedSymbol,

@@ -428,6 +428,13 @@ impl IlProgram {
 }
 
 impl IlOperation {
+    /// Returns the operation with all positions cleared.
+    #[must_use]
+    pub fn without_positions(mut self) -> Self {
+        self.clear_positions();
+        self
+    }
+
     fn clear_positions(&mut self) {
         match self {
             IlOperation::Load { operand, .. }

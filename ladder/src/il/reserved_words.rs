@@ -30,3 +30,13 @@ const RESERVED: [&str; 22] = [
 pub(super) fn is_reserved(word: &str) -> bool {
     RESERVED.iter().any(|reserved| reserved.eq_ignore_ascii_case(word))
 }
+
+/// Whether a text is a name of Instruction List: letters, digits and `_`, and no keyword.
+pub(crate) fn is_name(text: &str) -> bool {
+    let is_name_char = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text.len() <= 127
+        && !text.starts_with(|c: char| c.is_ascii_digit())
+        && !text.is_empty()
+        && text.chars().all(is_name_char)
+        && !is_reserved(text)
+}

@@ -17,7 +17,6 @@ use super::model::{IlBinaryOperand, IlInstruction, IlOperation, IlProgram, IlSec
 use super::steps::{IlAction, IlStep};
 use super::symbols::SymbolTable;
 use super::types::{IecType, StandardBlock};
-use super::write::instruction_text;
 
 /// A program as rungs, and what was noticed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -180,7 +179,7 @@ impl<'a> IlResolver<'a> {
                 action,
                 before: self.before.get(index).and_then(concrete),
                 after: self.after.get(index).and_then(concrete),
-                text: line.operation.as_ref().map_or(String::new(), instruction_text),
+                operation: line.operation.clone().map(IlOperation::without_positions),
                 comment: line.comment.clone(),
             };
             builder.add(step, line.pos, is_inside);

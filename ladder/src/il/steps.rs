@@ -7,8 +7,9 @@ use diag::Pos;
 
 use crate::symbol_kinds::SymbolKind;
 
-use super::model::{IlBinaryOperator, IlCondition, IlQualifier, IlSection};
+use super::model::{IlBinaryOperator, IlCondition, IlOperation, IlQualifier, IlSection};
 use super::types::{AddressArea, DirectAddress, IecType, StandardBlock};
+use super::write::instruction_text;
 
 /// A line of Instruction List that has a label or an operation: an element of a rung.
 ///
@@ -23,8 +24,8 @@ pub struct IlStep {
     pub before: Option<IecType>,
     /// Type of the current result after the line; `None` as for `before`.
     pub after: Option<IecType>,
-    /// Canonical text of the operation; empty for a line that has only a label.
-    pub text: String,
+    /// The operation as the program writes it, without positions; `None` for a line that has only a label.
+    pub operation: Option<IlOperation>,
     /// Comment of the line.
     pub comment: Option<String>,
 }
@@ -261,6 +262,12 @@ impl IecVariable {
 }
 
 impl IlStep {
+    /// Returns the canonical text of the operation; empty for a line that has only a label.
+    #[must_use]
+    pub fn text(&self) -> String {
+        self.operation.as_ref().map_or(String::new(), instruction_text)
+    }
+
     /// Returns the operator of the line, such as `ANDN`; `LABEL` for a line that has only a label.
     #[must_use]
     pub fn keyword(&self) -> &'static str {
@@ -335,7 +342,8 @@ impl fmt::Display for IlStep {
     /// Writes the line without its comment, also a call of several lines in one.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let label = self.label.as_ref().map(|label| format!("{label}:"));
-        let words: Vec<&str> = label.as_deref().into_iter().chain(self.text.split_whitespace()).collect();
+        let text = self.text();
+        let words: Vec<&str> = label.as_deref().into_iter().chain(text.split_whitespace()).collect();
         f.write_str(&words.join(" "))
     }
 }
