@@ -134,6 +134,7 @@ impl NetworkReader {
                 self.output(LadderOutput::Jump { condition: *condition, label: label.clone() })
             }
             IlOperation::Return(condition) => self.output(LadderOutput::Return(*condition)),
+            IlOperation::NoTarget { .. } => Err("it writes nothing"),
             IlOperation::Function { .. } => Err("functions are no contacts"),
             IlOperation::Call { .. } | IlOperation::BlockInput { .. } | IlOperation::ShortBlock { .. } => {
                 Err("it is no call")
