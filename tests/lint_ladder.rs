@@ -1,4 +1,4 @@
-//! Images of our compiler run without a lint: every example, with random inputs and uninitialised RAM.
+//! Images of our compiler run without a lint: every example, with random inputs and uninitialized RAM.
 
 use emu_avr::{Avr, chips};
 use emu_core::lint::Lint;

@@ -179,7 +179,7 @@ impl Ap101Channels {
         self.get(ENABLES + entry as u16)
     }
 
-    /// A cold start clears M and, in reconfigurable mode, initialises the bits that enable programs.
+    /// A cold start clears M and, in reconfigurable mode, initializes the bits that enable programs.
     pub(crate) fn clear(&mut self, config: &Ap101Config) {
         self.cells[usize::from(M_START)..].fill(false);
         if config.reconfigurable {

@@ -1,4 +1,4 @@
-// Runs on every chip: initialised data, the stack, an interrupt by its vector, and the serial port.
+// Runs on every chip: initialized data, the stack, an interrupt by its vector, and the serial port.
 #include <avr/interrupt.h>
 #include <avr/io.h>
 

@@ -1,7 +1,8 @@
 //! Diagnostic codes of this crate.
 
 diag::codes! {
-    /// Every code of this crate, in order of its number.
+    /// Codes EC001 to EC021, of checks of compiled ladder programs. `via/codes.rs` and `foreign/codes.rs`
+    /// have the others.
     CODES;
 
     NOTHING "EC001" "a check of no scans"

@@ -1,7 +1,7 @@
 //! Errors of this crate: scenarios that do not fit a program, campaign shards, and foreign images whose scans
 //! cannot be found.
 
-use emu_core::cpu::{ProgramFault, StopReason};
+use emu_core::cpu::{ProgramError, ProgramFault, StopReason};
 
 use crate::fuzz::CampaignShard;
 
@@ -44,16 +44,16 @@ pub enum CheckError {
         reason: String,
     },
     /// A scenario sends bytes, but the program does not receive any.
-    #[error("the program has no UART_RECV that would take bytes")]
+    #[error("the program has no UART_RECV to receive bytes")]
     NoReceiver,
     /// A scenario waits for bytes, but the program does not send any.
     #[error("the program has no element that sends bytes")]
     NoSender,
     /// A scenario takes a snapshot of a ladder program.
-    #[error("snapshots are of images on chips; a ladder program is played scan by scan")]
+    #[error("snapshots need an image on a chip; this scenario runs on a ladder program")]
     NoSnapshots,
     /// There are no records to add up.
-    #[error("there is nothing to add")]
+    #[error("no record of a campaign was given")]
     NoRecords,
     /// The records come from campaigns with different plans.
     #[error("the records are of different campaigns")]
@@ -67,7 +67,7 @@ pub enum CheckError {
         programs: u64,
     },
     /// Two records are of the same shard.
-    #[error("shard {}/{} is there twice", .shard.index, .shard.of)]
+    #[error("shard {}/{} was given twice", .shard.index, .shard.of)]
     DuplicateShard {
         /// The shard.
         shard: CampaignShard,
@@ -102,13 +102,13 @@ pub enum CheckError {
         period: u64,
     },
     /// A foreign image does not clear the flag of any timer at a steady rate.
-    #[error("no timer's flag is cleared again and again, every {period} machine cycles as CYCLE asks")]
+    #[error("no timer flag is cleared every {period} machine cycles, as CYCLE requires")]
     NoTimerFlag {
         /// CYCLE in machine cycles.
         period: u64,
     },
     /// A foreign image stops clearing the flag of its timer.
-    #[error("the instruction that clears the flag does not come again ({stop:?})")]
+    #[error("the instruction that clears the timer's flag is not executed again: {}", stop_text(*.stop))]
     FlagStaysSet {
         /// What ended the run.
         stop: StopReason,
@@ -142,7 +142,7 @@ pub enum CheckError {
     /// The supposed scan is executed at a different rate than CYCLE requires.
     #[error(
         "where scans begin is not found: the flag of the timer is cleared every {period} machine cycles, but what seems \
-         to be a scan comes every {mean_clocks:.0} clocks, where CYCLE asks for {wanted_clocks:.0}"
+         to be a scan comes every {mean_clocks:.0} clocks, where CYCLE requires {wanted_clocks:.0}"
     )]
     OtherScanRate {
         /// Machine cycles from one clearing of the flag to the next.
@@ -175,11 +175,22 @@ pub enum CheckError {
     #[error("the program stopped without a request")]
     UnexpectedStop,
     /// A compiled sketch did not reach its next scan.
-    #[error("{stop:?} at 0x{address:04X}")]
+    #[error("the sketch stopped at byte address 0x{address:04X}: {}", stop_text(*.stop))]
     SketchStopped {
         /// What ended the run.
         stop: StopReason,
         /// Byte address of the next instruction.
         address: u32,
     },
+}
+
+/// Describes a stop in a message.
+pub(crate) fn stop_text(stop: StopReason) -> String {
+    match stop {
+        StopReason::Limit => "the time limit was reached".to_owned(),
+        StopReason::Halted => "the chip halted".to_owned(),
+        StopReason::Breakpoint { .. } | StopReason::Probe => "a stop that was not requested".to_owned(),
+        StopReason::Error(ProgramError::Illegal { word, .. }) => format!("illegal instruction 0x{word:04X}"),
+        StopReason::Error(ProgramError::Fault { fault, .. }) => fault.to_string(),
+    }
 }

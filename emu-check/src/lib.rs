@@ -2,9 +2,9 @@
 //! evaluator, both get the same stimulus, and after every scan all observable values are compared.
 //!
 //! ```text
-//!   hints -> stimulus --step--> lockstep: evaluator | chip --> mismatch --> locate, shrink --> report
-//!               ^                  |
-//!               +--- goals <-------+      outcomes that are not covered yet steer the stimulus
+//!   symbols -> generator --stimulus--> lockstep: evaluator | chip --> mismatch --> locate, shrink --> report
+//!                 ^                       |
+//!                 +----- goals <----------+     outcomes that are not covered yet steer the generator
 //! ```
 //!
 //! ```text
@@ -61,7 +61,7 @@ use chip::families::{CheckedChip, MachineVisitor, visit_machines};
 use chip::map_contract::ScanPace;
 use chip::program_places::ProgramPlaces;
 use comparison::lockstep::TestBench;
-use stimulus::value_hints::ValueHints;
+use stimulus::stimulus_symbols::StimulusSymbols;
 
 pub use chip::families::needs_pull_up;
 pub use chip::serial_line::{ArrivalWindow, byte_edges};
@@ -158,10 +158,10 @@ pub fn check_compiled(
         let hint = "give --scans 1 or more";
         return Err(vec![Diagnostic::new(Severity::Error, codes::NOTHING, &program.file, Pos::default(), cause, hint)]);
     }
-    let PreparedCheck { chip, image, places, hints, eval } = prepare_check(program, compiled, options)?;
-    let disagreements = chip::map_contract::map_disagreements(program, options, &places.pace, (&compiled.map, chip));
+    let PreparedCheck { chip, image, places, stimulus_symbols, eval } = prepare_check(program, compiled, options)?;
+    let map_deviations = chip::map_contract::map_deviations(program, options, &places.pace, (&compiled.map, chip));
     let hz = places.pace.clock_hz;
-    let job = CheckVisitor { program, compiled, options, places, hints, eval, disagreements, progress };
+    let job = CheckVisitor { program, compiled, options, places, stimulus_symbols, eval, map_deviations, progress };
     Ok(visit_machines(chip, &image, hz, job))
 }
 
@@ -170,8 +170,8 @@ pub(crate) struct PreparedCheck {
     pub chip: &'static Chip,
     pub image: Image,
     pub places: ProgramPlaces,
-    /// Values worth trying in the stimulus.
-    pub hints: ValueHints,
+    /// The symbols that the stimulus sets.
+    pub stimulus_symbols: StimulusSymbols,
     /// The evaluator at power-up.
     pub eval: Evaluator,
 }
@@ -204,8 +204,8 @@ pub(crate) fn prepare_check(
         diagnostics
     })?;
     let places = ProgramPlaces::new(program, map, chip, &eval, pace)?;
-    let hints = ValueHints::new(program, &eval);
-    Ok(PreparedCheck { chip, image: loaded.image, places, hints, eval })
+    let stimulus_symbols = StimulusSymbols::new(program, &eval);
+    Ok(PreparedCheck { chip, image: loaded.image, places, stimulus_symbols, eval })
 }
 
 /// A check as a visitor of the machine type.
@@ -214,9 +214,9 @@ struct CheckVisitor<'a> {
     compiled: &'a CompiledProgram,
     options: &'a CheckOptions,
     places: ProgramPlaces,
-    hints: ValueHints,
+    stimulus_symbols: StimulusSymbols,
     eval: Evaluator,
-    disagreements: Vec<Deviation>,
+    map_deviations: Vec<Deviation>,
     progress: &'a mut dyn FnMut(u64, u64),
 }
 
@@ -224,16 +224,17 @@ impl MachineVisitor for CheckVisitor<'_> {
     type Output = CheckReport;
 
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> CheckReport {
-        let CheckVisitor { program, compiled, options, places, hints, eval, disagreements, progress } = self;
+        let CheckVisitor { program, compiled, options, places, stimulus_symbols, eval, map_deviations, progress } =
+            self;
         let worst = compiled.map.worst_scan_cycles.into();
         let bench = TestBench {
             power_up,
             places: &places,
-            hints: &hints,
+            stimulus_symbols: &stimulus_symbols,
             worst_scan_cycles: worst,
             time_rungs: options.rungs,
             eval: &eval,
         };
-        comparison::check_run::run_check(program, compiled, options, &bench, disagreements, progress)
+        comparison::check_run::run_check(program, compiled, options, &bench, map_deviations, progress)
     }
 }

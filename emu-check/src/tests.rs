@@ -9,7 +9,7 @@ use ladder_eval::Evaluator;
 use crate::coverage::goals::{CoverageGoals, EvaluatedScan};
 use crate::stimulus::boundary_goals::BoundaryGoals;
 use crate::stimulus::generator::{ScanStimulus, StimulusGenerator};
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
 #[path = "../../tests/ladder/parse.rs"]
 mod parse;
@@ -21,21 +21,21 @@ fn program(rungs: &str) -> LadderProgram {
 /// The first `scans` stimuli with the seed of the run that each belongs to, and the goals after them.
 fn drawn(program: &LadderProgram, seed: u64, scans: usize) -> (Vec<(u64, ScanStimulus)>, CoverageGoals) {
     let power_up = Evaluator::new(program).unwrap_or_else(|refusal| panic!("{refusal}"));
-    let hints = ValueHints::new(program, &power_up);
+    let stimulus_symbols = StimulusSymbols::new(program, &power_up);
     let mut goals = CoverageGoals::new(program, &power_up);
-    let mut stimulus = StimulusGenerator::new(seed, BoundaryGoals::new(program, &power_up));
+    let mut generator = StimulusGenerator::new(seed, BoundaryGoals::new(program, &power_up));
     let (mut eval, mut run) = (power_up.clone(), 0);
-    let mut steps = Vec::new();
+    let mut stimuli = Vec::new();
     for _ in 0..scans {
-        if let Some(ram_seed) = stimulus.begin_run(&hints) {
+        if let Some(ram_seed) = generator.begin_run(&stimulus_symbols) {
             (eval, run) = (power_up.clone(), ram_seed);
         }
-        let step = stimulus.next_stimulus(&hints, &eval, &goals);
-        step.apply_immediately(&hints, &mut eval);
+        let stimulus = generator.next_stimulus(&stimulus_symbols, &eval, &goals);
+        stimulus.apply_immediately(&stimulus_symbols, &mut eval);
         goals.mark_reached(&EvaluatedScan::run(&mut eval));
-        steps.push((run, step));
+        stimuli.push((run, stimulus));
     }
-    (steps, goals)
+    (stimuli, goals)
 }
 
 const THREE: &str = "
@@ -53,10 +53,10 @@ fn the_same_seed_draws_the_same_and_less_is_a_part_of_more() {
 
 #[test]
 fn few_inputs_see_every_combination_without_a_write() {
-    let (steps, _) = drawn(&program(THREE), 1, 60);
-    let seen: BTreeSet<&[bool]> = steps.iter().map(|(_, step)| step.inputs.as_slice()).collect();
+    let (stimuli, _) = drawn(&program(THREE), 1, 60);
+    let seen: BTreeSet<&[bool]> = stimuli.iter().map(|(_, stimulus)| stimulus.inputs.as_slice()).collect();
     assert_eq!(seen.len(), 8);
-    assert!(steps.iter().take(56).all(|(_, step)| step.writes.is_empty()));
+    assert!(stimuli.iter().take(56).all(|(_, stimulus)| stimulus.writes.is_empty()));
 }
 
 /// Rows are (inputs, scans of the longest run of a default check): a drift of the period accumulates over
@@ -65,15 +65,15 @@ fn few_inputs_see_every_combination_without_a_write() {
 fn the_longest_run_is_as_long_as_the_manual_says() {
     for (inputs, longest) in [(1, 320), (7, 320), (8, 256), (9, 320)] {
         let contacts: String = (0..inputs).map(|n| format!(" CONTACTS Xi{n} 0\n")).collect();
-        let (steps, _) = drawn(&program(&format!("RUNG\n{contacts} COIL Ya 0 0 0\nEND")), 1, 2_000);
-        assert_eq!(steps.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len).max(), Some(longest), "{inputs} inputs");
+        let (stimuli, _) = drawn(&program(&format!("RUNG\n{contacts} COIL Ya 0 0 0\nEND")), 1, 2_000);
+        assert_eq!(stimuli.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len).max(), Some(longest), "{inputs} inputs");
     }
 }
 
 #[test]
 fn all_boundaries_are_written_in_a_default_check() {
-    let (steps, _) = drawn(&program(THREE), 1, 2_000);
-    let written: BTreeSet<i32> = steps.iter().flat_map(|(_, s)| s.writes.iter().map(|w| w.1)).collect();
+    let (stimuli, _) = drawn(&program(THREE), 1, 2_000);
+    let written: BTreeSet<i32> = stimuli.iter().flat_map(|(_, s)| s.writes.iter().map(|w| w.1)).collect();
     // The general boundary values, and preset 8 and limit 7 with their neighbours.
     for value in [0, 1, -1, 100, 0x7FFF, -0x8000, 255, 256, 6, 7, 8, 9] {
         assert!(written.contains(&value), "{value} is never written");

@@ -19,7 +19,7 @@ impl BusEffect {
     /// Take no interrupt before the next instruction has been executed.
     pub const HOLD_INTERRUPTS: BusEffect = BusEffect(2);
 
-    /// Whether the set contains a bit of `other`.
+    /// Returns true if the set contains a bit of `other`.
     #[must_use]
     pub const fn contains(self, other: BusEffect) -> bool {
         self.0 & other.0 != 0
@@ -72,11 +72,12 @@ pub trait Bus: Clone {
     fn acknowledge_interrupt(&mut self, vector: u8, now: u64) {
         let _ = (vector, now);
     }
-    /// Whether the chip keeps the core from its next instruction: sleep, reset, start-up, or no supply.
+    /// Returns true if the chip keeps the core from its next instruction: sleep, reset, start-up, or no
+    /// supply.
     fn is_core_stopped(&self) -> bool;
-    /// Whether an enabled source can still interrupt or reset the chip.
+    /// Returns true if an enabled source can still interrupt or reset the chip.
     fn can_wake(&self, interrupts_enabled: bool) -> bool;
-    /// Whether something is still pending: a byte that is being sent, or a queued drive.
+    /// Returns true if something is still pending: a byte that is being sent, or a queued drive.
     fn is_busy(&self) -> bool;
     /// The pins that the chip and the outside can drive against each other, in the order of their numbers.
     fn pins(&self) -> &[PinState] {
@@ -87,7 +88,7 @@ pub trait Bus: Clone {
     fn level(&self, pin: PinId) -> PinLevel {
         self.pins().get(usize::from(pin)).map_or(PinLevel::Float, PinState::level)
     }
-    /// Whether the chip and the outside drive a pin to opposite levels.
+    /// Returns true if the chip and the outside drive a pin to opposite levels.
     fn has_contention(&self, pin: PinId) -> bool {
         self.pins().get(usize::from(pin)).is_some_and(PinState::has_contention)
     }

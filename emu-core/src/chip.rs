@@ -151,8 +151,8 @@ impl PinDef {
     /// The note of a pin that is an analog input of the converter and has no other function.
     pub const ANALOG_INPUT_NOTE: &str = "analog input";
 
-    /// Whether an overview should show this level. A pin that is only analog has a level only while something
-    /// drives it.
+    /// Returns true if an overview should show this level. A pin that is only analog has a level only while
+    /// something drives it.
     #[must_use]
     pub fn is_level_meaningful(&self, level: PinLevel) -> bool {
         self.note != PinDef::ANALOG_INPUT_NOTE || level != PinLevel::Float
@@ -231,7 +231,7 @@ impl Chip {
         word.saturating_mul(self.word_bytes) / self.bytes_per_address(self.code_space)
     }
 
-    /// Whether any package of the chip has the pin.
+    /// Returns true if any package of the chip has the pin.
     #[must_use]
     pub fn has_pin(&self, pin: PinId) -> bool {
         let usual = self.pins.get(usize::from(pin)).is_some_and(|def| def.dip != 0);

@@ -65,7 +65,7 @@ impl Countdown {
         self.cycles_and_count -= (cycles as i64) << COUNT_BITS;
     }
 
-    /// Whether at least one cycle is left to the deadline.
+    /// Returns true if at least one cycle is left to the deadline.
     #[inline(always)]
     #[must_use]
     pub const fn is_before_deadline(&self) -> bool {

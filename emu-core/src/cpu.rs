@@ -64,8 +64,8 @@ pub enum ProgramError {
 /// An action of the emulated program that the model cannot execute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ProgramFault {
-    /// A RAM cell was read before it was written (only with `--ram trap`).
-    UninitialisedRead {
+    /// A byte of RAM was read before it was written (only with `--ram trap`).
+    UnwrittenRead {
         /// The memory, as [`Chip::spaces`] names it.
         space: &'static str,
         /// Address in that memory.
@@ -83,7 +83,7 @@ pub enum ProgramFault {
 impl std::fmt::Display for ProgramFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            ProgramFault::UninitialisedRead { space, addr } => {
+            ProgramFault::UnwrittenRead { space, addr } => {
                 write!(f, "{space}:0x{addr:04x} was read before it was written")
             }
             ProgramFault::JumpOutOfProgram { target } => write!(f, "the jump to 0x{target:03x} leaves the program"),
@@ -176,7 +176,7 @@ pub trait Cpu: CpuParts {
     /// Sets or clears a breakpoint at the program word `pc`. This changes nothing that a program can see. A
     /// clone has the breakpoints that were set when it was made.
     fn set_breakpoint(&mut self, pc: u32, on: bool);
-    /// Whether the chip has this pin in its present configuration.
+    /// Returns true if the chip has this pin in its present configuration.
     fn has_pin(&self, pin: PinId) -> bool {
         self.chip().has_pin(pin)
     }
@@ -253,8 +253,8 @@ pub trait Cpu: CpuParts {
     fn stack_depth(&self) -> u32 {
         0
     }
-    /// Whether the core executes no instructions now, because it sleeps or the chip holds it. A family that
-    /// reports this only by [`StopReason::Halted`] returns false.
+    /// Returns true if the core executes no instructions now, because it sleeps or the chip holds it. A
+    /// family that reports this only by [`StopReason::Halted`] returns false.
     fn is_asleep(&self) -> bool {
         false
     }
@@ -268,8 +268,8 @@ pub trait Cpu: CpuParts {
     fn set_skip_idle_loops(&mut self, on: bool) {
         self.run_state().skip_idle_loops = on;
     }
-    /// Whether only an event from outside can change what the program does, although the machine does not
-    /// count as halted: the program polls a pin, or sleeps with its receiver enabled. Call it on a copy,
+    /// Returns true if only an event from outside can change what the program does, although the machine does
+    /// not count as halted: the program polls a pin, or sleeps with its receiver enabled. Call it on a copy,
     /// because it runs the machine. A family that reports all such states as halted returns false.
     fn is_blocked_on_input(&mut self) -> bool {
         false

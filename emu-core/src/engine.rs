@@ -56,7 +56,7 @@ pub enum InstructionMark {
     Plain,
     /// A jump to itself, which changes nothing and reads nothing.
     JumpsToItself,
-    /// The jump at the end of a polling loop.
+    /// The jump at the end of a polling loop or a countdown loop ([`CpuEngine::loop_plan`]).
     ClosesLoop,
 }
 
@@ -81,41 +81,41 @@ pub trait CpuEngine: Cpu {
     /// iteration does the same.
     type CoreState: PartialEq;
 
-    /// The flag that the probe requested a stop.
+    /// Returns the flag that is set when the probe requests a stop.
     fn stop_requested(&mut self) -> &mut bool;
-    /// The flag that the burst stopped at an op that it does not execute itself: a breakpoint, the jump at
-    /// the end of a polling loop, or a word that is not an instruction.
+    /// Returns the flag that the burst sets when it stops at an op that it does not execute itself: a
+    /// breakpoint, a jump to itself, the jump at the end of a loop, or a word that is not an instruction.
     fn slow_path_requested(&mut self) -> &mut bool;
 
     /// Carries out a request of the chip between two instructions.
     fn apply_request(&mut self, request: <Self::Bus as Bus>::Request);
-    /// Whether no interrupt is taken between two instructions at the cycle `now`, because of the instruction
-    /// before it, such as RETI.
+    /// Returns true if no interrupt is taken between two instructions at the cycle `now`, because of the
+    /// instruction before it, such as RETI.
     fn holds_interrupts(&self, now: u64) -> bool {
         let _ = now;
         false
     }
-    /// Whether an interrupt would be taken at the cycle `now`.
+    /// Returns true if an interrupt would be taken at the cycle `now`.
     fn has_pending_interrupt(&self, now: u64) -> bool {
         self.bus().pending_interrupt(now).is_some()
     }
     /// Enters the pending interrupt, if there is one. Returns true if it did.
     fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool;
-    /// Whether the core is stopped until something wakes it.
+    /// Returns true if the core is stopped until something wakes it.
     fn is_core_asleep(&self) -> bool {
         self.bus().is_core_stopped()
     }
-    /// Whether the interrupt flag of the core is set. A core without one returns true: there the registers of
-    /// the chip decide alone.
+    /// Returns true if the interrupt flag of the core is set. A core without one returns true: there the
+    /// registers of the chip decide alone.
     fn accepts_interrupts(&self) -> bool {
         true
     }
-    /// Whether nothing that is enabled can wake or reset the chip, and nothing is pending.
+    /// Returns true if nothing that is enabled can wake or reset the chip, and nothing is pending.
     fn is_halted(&self) -> bool {
         !self.bus().is_busy() && !self.bus().can_wake(self.accepts_interrupts())
     }
 
-    /// Whether a breakpoint is set at `pc`.
+    /// Returns true if a breakpoint is set at `pc`.
     fn has_breakpoint(&self, pc: u32) -> bool;
     /// What predecode found out about the instruction at `pc`.
     fn instruction_mark(&self, pc: u32) -> InstructionMark;
@@ -123,13 +123,14 @@ pub trait CpuEngine: Cpu {
     fn loop_plan(&self, end: u32) -> Option<&LoopPlan>;
     /// A byte of the counter of a countdown loop ([`LoopPlan::counter`]).
     fn counter_byte(&self, number: u16) -> u8;
-    /// Sets such a byte.
+    /// Sets a byte of the counter of a countdown loop ([`LoopPlan::counter`]).
     fn set_counter_byte(&mut self, number: u16, value: u8);
     /// The present state of the core.
     fn core_state(&self) -> Self::CoreState;
 
-    /// Executes instructions up to the deadline. With `stop_at_polling_loops` it also leaves at the end of a
-    /// polling loop, not only at a jump to itself.
+    /// Executes instructions up to the deadline, or up to an op that it does not execute itself
+    /// ([`CpuEngine::slow_path_requested`]). The jump at the end of a polling loop or a countdown loop is
+    /// such an op only with `stop_at_polling_loops`.
     fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P);
     /// Executes the instruction at `pc`, the program counter, regardless of its marks.
     ///
@@ -227,8 +228,8 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
                 return Some(StopReason::Halted);
             }
             cpu.run_state().is_blocked |= next_event == NEVER && !cpu.has_pending_interrupt(now);
-            // What was due in this cycle has been executed, and an interrupt, if there is one, is not
-            // enabled.
+            // Everything that is due in this cycle is done, and no interrupt can wake the core in it. So time
+            // passes: up to the next event, but at least one cycle.
             let clock = cpu.clock_mut();
             clock.advance_cycles(next_event.min(until).max(now + 1) - now);
             clock.expire();
@@ -237,6 +238,7 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
         // The hold-off lasts for one instruction: check again directly after it.
         let deadline = if cpu.holds_interrupts(now) { now + 1 } else { next_event.min(until).max(now + 1) };
         let no_skip_before = cpu.run_state().no_skip_before;
+        // The burst also ends where polling loops are examined again after a failed attempt to skip.
         let retry_deadline = if no_skip_before > now { no_skip_before } else { NEVER };
         cpu.clock_mut().set_deadline(deadline.min(retry_deadline));
         if std::mem::take(cpu.slow_path_requested()) {
@@ -302,8 +304,8 @@ fn slow_path<E: CpuEngine, P: Probe>(
     None
 }
 
-/// Whether iterations of polling loops may be skipped: the setting allows it, and the probe does not need
-/// every iteration or read.
+/// Returns true if iterations of polling loops may be skipped: the setting allows it, and the probe does not
+/// need every iteration or read.
 fn may_skip_loops<E: CpuEngine, P: Probe>(cpu: &mut E) -> bool {
     cpu.run_state().skip_idle_loops && !P::EVERY_ITERATION && !P::DATA_READS
 }
@@ -321,7 +323,7 @@ fn loop_counter<E: CpuEngine>(cpu: &E, end: u32) -> Option<u64> {
     Some(bytes.iter().rev().fold(0, |high, &number| high << 8 | u64::from(cpu.counter_byte(number))))
 }
 
-/// Sets that counter.
+/// Sets the counter of the countdown loop that ends at `end`.
 fn set_loop_counter<E: CpuEngine>(cpu: &mut E, end: u32, value: u64) {
     for (i, byte) in value.to_le_bytes().into_iter().enumerate() {
         let Some(&number) = cpu.loop_plan(end).and_then(|plan| plan.counter.get(i)) else { return };
@@ -365,7 +367,7 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
         return;
     }
     let now = cpu.cycle();
-    // A guarantee that ends now was sufficient for this iteration, but says nothing about the next one.
+    // A register that is steady only up to now may give another value in the next iteration.
     if cpu.pc() == head && cpu.core_state() == state_before && now < steady_until {
         let steady_until = loop_steady_until(cpu, end, now);
         cpu.run_state().is_blocked |= nothing_due && steady_until == NEVER;
@@ -390,8 +392,8 @@ fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     probe: &mut P,
 ) {
     let (start, instructions_before) = (cpu.cycle(), cpu.instructions());
-    // A probe for writes must see those of the counter, which can be in memory. An iteration takes at least
-    // one cycle, so a loop with few iterations left may be too short, as one close to the deadline is.
+    // The counter can be in memory: then a probe of writes needs every iteration. A loop with few iterations
+    // left, or a near deadline, saves less time than the attempt costs.
     if P::DATA || iterations_left.min(deadline.saturating_sub(start)) < MIN_QUIET_CYCLES {
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
         return;

@@ -88,7 +88,7 @@ impl EventLog {
         self.enabled = on;
     }
 
-    /// Whether events are logged.
+    /// Returns true if events are logged.
     #[inline]
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
@@ -127,7 +127,7 @@ impl EventLog {
         self.events.len()
     }
 
-    /// Whether no event waits.
+    /// Returns true if no event waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.events.is_empty()

@@ -191,19 +191,19 @@ impl Chip {
         self.family.traits()
     }
 
-    /// True if the chip is a controller that processes single bits.
+    /// Returns true if the chip is a controller that processes single bits.
     #[must_use]
     pub const fn is_bit_controller(&self) -> bool {
         self.family.traits().is_bit_controller
     }
 
-    /// True if gdb knows the chips, so that its users expect values as it prints them.
+    /// Returns true if gdb knows the chips, so that its users expect values as it prints them.
     #[must_use]
     pub const fn is_known_to_gdb(&self) -> bool {
         self.family.traits().gdb_architectures.is_some()
     }
 
-    /// True if C programs for the chip come from SDCC: a pointer names its memory.
+    /// Returns true if C programs for the chip come from SDCC: a pointer names its memory.
     #[must_use]
     pub const fn has_sdcc_pointers(&self) -> bool {
         self.family.traits().has_sdcc_pointers

@@ -146,7 +146,7 @@ impl PinState {
         }
     }
 
-    /// Whether chip and outside drive the pin to opposite levels.
+    /// Returns true if chip and outside drive the pin to opposite levels.
     #[must_use]
     pub fn has_contention(&self) -> bool {
         matches!((self.driven, self.external), (PinLevel::Low, PinLevel::High) | (PinLevel::High, PinLevel::Low))

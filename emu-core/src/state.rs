@@ -64,7 +64,7 @@ pub fn load_state<S: SnapshotState>(of: &mut S, bytes: &[u8]) -> Result<(), Snap
 }
 
 impl StateTape<'_> {
-    /// Whether the tape reads a state.
+    /// Returns true if the tape reads a state.
     #[must_use]
     pub const fn is_reading(&self) -> bool {
         self.input.is_some()

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use emu_core::cpu::LAST_CYCLE;
 use emu_debug::debug::{
-    CallFlow, DebugSession, HaltReason, LineOrigin, LinePosition, PointTrigger, RunGoal, StepVerdict, call_flow,
+    CallFlow, DebugSession, LineOrigin, LinePosition, PointTrigger, RunGoal, SessionStopReason, StepVerdict, call_flow,
 };
 
 use crate::adapter::DebugAdapter;
@@ -63,11 +63,11 @@ impl StepOverCall {
         (flow == CallFlow::Call).then_some(StepOverCall { return_word: pc.wrapping_add(len), depth })
     }
 
-    fn slice(&self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
+    fn slice(&self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> SessionStopReason {
         let goal = RunGoal { words: BTreeSet::from([self.return_word]), ..RunGoal::default() };
         loop {
             let halt = session.run(&goal, keep_running);
-            if halt != HaltReason::Done || self.is_done(session) {
+            if halt != SessionStopReason::Done || self.is_done(session) {
                 return halt;
             }
         }
@@ -135,28 +135,28 @@ impl LineStep {
         }
     }
 
-    fn slice(&mut self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
+    fn slice(&mut self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> SessionStopReason {
         // The call of an inlined function has no instruction: the step enters it where the machine is.
         if self.kind == LineStepKind::Into && self.not_entered > 0 && !self.done {
             (self.not_entered_at_end, self.done) = (Some(self.not_entered - 1), true);
-            return HaltReason::Done;
+            return SessionStopReason::Done;
         }
         loop {
             if let Some(over) = &self.passing {
                 let halt = over.slice(session, keep_running);
-                let returned = halt == HaltReason::Done || over.is_done(session);
+                let returned = halt == SessionStopReason::Done || over.is_done(session);
                 if returned {
                     self.passing = None;
                     self.before_step = (session.machine().pc(), session.machine().stack_depth());
                     self.done = self.has_arrived(session);
                 }
-                if self.done || !returned || halt != HaltReason::Done {
+                if self.done || !returned || halt != SessionStopReason::Done {
                     return halt;
                 }
             }
             let halt = session
                 .step_until(LAST_CYCLE, true, keep_running, &mut |session, flow, irq| self.step(session, flow, irq));
-            if self.done || halt != HaltReason::Done {
+            if self.done || halt != SessionStopReason::Done {
                 return halt;
             }
             if std::mem::take(&mut self.at_self_jump) {
@@ -167,7 +167,7 @@ impl LineStep {
                 if self.before_step.1 > before.1 {
                     self.passing = Some(StepOverCall { return_word: before.0, depth: before.1 });
                 }
-                if halt != HaltReason::Limit {
+                if halt != SessionStopReason::Limit {
                     return halt;
                 }
             }
@@ -278,11 +278,11 @@ impl BackLineStep {
         }
     }
 
-    fn slice(&self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
+    fn slice(&self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> SessionStopReason {
         let scope = session.scope.clone();
         let source = scope.source();
         session.run_back_until(keep_running, &mut || true, &mut |passed| {
-            let (pc, depth) = (passed.target.pc(), passed.target.stack_depth());
+            let (pc, depth) = (passed.machine.pc(), passed.machine.stack_depth());
             let byte = pc.saturating_mul(scope.chip().word_bytes);
             let here = self.line.as_ref().map(|line| (&*line.0, line.1));
             source.line_at(pc).is_some_and(|line| {
@@ -297,7 +297,7 @@ impl BackLineStep {
 
 impl PendingRun {
     /// Continues the run as long as `keep_running` returns true.
-    fn slice(&mut self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
+    fn slice(&mut self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> SessionStopReason {
         match self {
             PendingRun::Continue => session.run(&RunGoal::default(), keep_running),
             PendingRun::Steps(left) => session.step_remaining(left, LAST_CYCLE, true, keep_running),
@@ -307,7 +307,7 @@ impl PendingRun {
                 let goal = RunGoal { words: words.clone(), ..RunGoal::default() };
                 loop {
                     let halt = session.run(&goal, keep_running);
-                    if halt != HaltReason::Done {
+                    if halt != SessionStopReason::Done {
                         return halt;
                     }
                     *left = left.saturating_sub(1);
@@ -324,15 +324,15 @@ impl PendingRun {
                 let own = session.points.add(PointTrigger::Code(words.iter().copied().collect()), "", false);
                 let halt = loop {
                     let halt = session.run_back(keep_running);
-                    let HaltReason::Points(mut hits) = halt else { break halt };
+                    let SessionStopReason::Points(mut hits) = halt else { break halt };
                     let wanted = hits.iter().any(|hit| hit.id == own);
                     hits.retain(|hit| hit.id != own);
                     *left = left.saturating_sub(u64::from(wanted));
                     if !hits.is_empty() {
-                        break HaltReason::Points(hits);
+                        break SessionStopReason::Points(hits);
                     }
                     if *left == 0 {
-                        break HaltReason::Done;
+                        break SessionStopReason::Done;
                     }
                 };
                 session.points.remove(own);
@@ -380,21 +380,21 @@ impl DebugAdapter<'_> {
         machine.expandable_objects.borrow_mut().clear();
         self.report_events();
         match halt {
-            HaltReason::Interrupted => self.run = Some(run),
-            HaltReason::Points(hits) if !back => {
+            SessionStopReason::Interrupted => self.run = Some(run),
+            SessionStopReason::Points(hits) if !back => {
                 let hits = self.filter_hits(hits);
                 let Some(machine) = &self.machine else { return };
                 if !hits.is_empty() {
-                    self.report_stop(self.stop_of(&HaltReason::Points(hits)));
+                    self.report_stop(self.stop_of(&SessionStopReason::Points(hits)));
                 } else if run.has_arrived(&machine.session) {
-                    self.report_stop(self.stop_of(&HaltReason::Done));
+                    self.report_stop(self.stop_of(&SessionStopReason::Done));
                 } else {
                     self.run = Some(run);
                 }
             }
             why => {
                 let not_entered = match (&run, &why) {
-                    (PendingRun::StepLine(step), HaltReason::Done) => step.not_entered(),
+                    (PendingRun::StepLine(step), SessionStopReason::Done) => step.not_entered(),
                     _ => None,
                 };
                 self.report_stop(self.stop_of(&why));

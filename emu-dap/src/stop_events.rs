@@ -2,7 +2,7 @@
 
 use emu_core::cpu::ProgramError;
 use emu_core::pins::ChipEvent;
-use emu_debug::debug::{HaltReason, PointHit, PointTrigger};
+use emu_debug::debug::{PointHit, PointTrigger, SessionStopReason};
 use serde_json::{Value, json};
 
 use crate::adapter::{DebugAdapter, THREAD};
@@ -70,7 +70,7 @@ impl DebugAdapter<'_> {
     }
 
     /// The stop event for the end of a run.
-    pub(crate) fn stop_of(&self, why: &HaltReason) -> StopEvent {
+    pub(crate) fn stop_of(&self, why: &SessionStopReason) -> StopEvent {
         let Some(machine) = &self.machine else { return StopEvent::entry() };
         let place = |pc: u32| machine.session.scope.source().describe_word(pc);
         let exception = |id: &'static str, description: &str, text: String| StopEvent {
@@ -80,29 +80,29 @@ impl DebugAdapter<'_> {
             ..StopEvent::plain("exception")
         };
         match why {
-            HaltReason::Done | HaltReason::Limit => StopEvent::plain("step"),
-            HaltReason::Interrupted => StopEvent::plain("pause"),
-            HaltReason::Beginning => {
+            SessionStopReason::Done | SessionStopReason::Limit => StopEvent::plain("step"),
+            SessionStopReason::Interrupted => StopEvent::plain("pause"),
+            SessionStopReason::Beginning => {
                 StopEvent { description: Some("The history begins here".to_owned()), ..StopEvent::plain("entry") }
             }
-            HaltReason::Halted => StopEvent {
+            SessionStopReason::Halted => StopEvent {
                 description: Some("Halted".to_owned()),
                 text: Some("Nothing can wake the chip any more.".to_owned()),
                 ..StopEvent::plain("halted")
             },
-            HaltReason::BlockedOnInput => StopEvent {
+            SessionStopReason::BlockedOnInput => StopEvent {
                 description: Some("Waits".to_owned()),
                 text: Some("Only an external stimulus can change what the program does.".to_owned()),
                 ..StopEvent::plain("halted")
             },
-            HaltReason::Error(ProgramError::Illegal { pc, word }) => {
+            SessionStopReason::Error(ProgramError::Illegal { pc, word }) => {
                 let text = format!("0x{word:04x} at {} is not an instruction of this chip", place(*pc));
                 exception("illegal", "Illegal instruction", text)
             }
-            HaltReason::Error(ProgramError::Fault { pc, fault }) => {
+            SessionStopReason::Error(ProgramError::Fault { pc, fault }) => {
                 exception("fault", "Fault", format!("{}: {fault}", place(*pc)))
             }
-            HaltReason::Points(hits) => self.stop_of_hits(hits),
+            SessionStopReason::Points(hits) => self.stop_of_hits(hits),
         }
     }
 

@@ -52,7 +52,7 @@ fn main() {
         let mut session = DebugSession::new(
             target,
             NameScope::new(chip),
-            SessionOptions { clock, history_bytes: 64 << 20, follower: None },
+            SessionOptions { clock, max_copy_bytes: 64 << 20, follower: None },
         );
         let start = Instant::now();
         let until = Some(CYCLES);

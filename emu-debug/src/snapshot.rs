@@ -86,7 +86,7 @@ pub fn image_hash(image: &Image) -> u64 {
     hash
 }
 
-/// Reports whether a file begins as every snapshot does.
+/// Returns true if a file begins as every snapshot does.
 #[must_use]
 pub fn is_snapshot(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)

@@ -7,8 +7,8 @@ use emu_core::Chip;
 use emu_core::cpu::RamInit;
 use emu_core::image::{self, ElfMachine};
 use emu_debug::debug::{
-    CallFlow, DebugSession, DynMachine, HaltReason, MachineWithDevices, NameScope, ObserveLevel, PointTrigger,
-    ProgramFollower, RunGoal, SessionOptions, call_flow,
+    CallFlow, DebugSession, DynMachine, MachineWithDevices, NameScope, ObserveLevel, PointTrigger, ProgramFollower,
+    RunGoal, SessionOptions, SessionStopReason, call_flow,
 };
 use emu_debug::{AttachedDevices, CycleClock};
 
@@ -60,13 +60,13 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
     let mut session = DebugSession::new(
         target("millis.elf"),
         NameScope::new(chip()),
-        SessionOptions { clock, history_bytes: 64 << 20, follower: follow },
+        SessionOptions { clock, max_copy_bytes: 64 << 20, follower: follow },
     );
     // The start of main, which the program reaches once.
     let main = 0x102 / 2;
     let id = session.points.add(PointTrigger::Code(vec![main]), "main", false);
     let goal = RunGoal { until: Some(8_000_000), ..RunGoal::default() };
-    assert!(matches!(session.run(&goal, &mut || true), HaltReason::Points(_)));
+    assert!(matches!(session.run(&goal, &mut || true), SessionStopReason::Points(_)));
     let at = session.machine().cycle();
     while session.history_size().copies < 64 {
         // Long enough for a copy on a fast host too.
@@ -75,7 +75,7 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
     let kept = session.history_size().copies;
     copies.set(0);
     match session.run_back(&mut || true) {
-        HaltReason::Points(hits) => assert_eq!((hits[0].id, session.machine().cycle()), (id, at)),
+        SessionStopReason::Points(hits) => assert_eq!((hits[0].id, session.machine().cycle()), (id, at)),
         why => panic!("{why:?}"),
     }
     // One for each group of stretches, each twice as long as the previous one, and those that stop at the

@@ -5,7 +5,7 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::RamInit;
 use emu_debug::debug::{
-    DebugSession, HaltReason, MachineWithDevices, NameScope, PointTrigger, RunGoal, SessionOptions,
+    DebugSession, MachineWithDevices, NameScope, PointTrigger, RunGoal, SessionOptions, SessionStopReason,
 };
 use emu_debug::{AttachedDevices, CycleClock};
 
@@ -18,7 +18,7 @@ fn session_of(program: &str) -> DebugSession {
     let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: 1 };
     let rig =
         MachineWithDevices::new(Avr::new(&ATMEGA328P, &image, RamInit::Zero), AttachedDevices::new(Vec::new(), clock));
-    let options = SessionOptions { clock, history_bytes: 1 << 20, follower: None };
+    let options = SessionOptions { clock, max_copy_bytes: 1 << 20, follower: None };
     DebugSession::new(Box::new(rig), NameScope::new(&ATMEGA328P), options)
 }
 
@@ -30,8 +30,8 @@ fn no_breakpoint_is_lost() {
     let mut asked = 0;
     while seen.len() < 6 && asked < 100 {
         match session.run(&RunGoal::default(), &mut || false) {
-            HaltReason::Points(hits) => seen.extend(hits.iter().map(|hit| hit.pc)),
-            why => assert_eq!(why, HaltReason::Interrupted),
+            SessionStopReason::Points(hits) => seen.extend(hits.iter().map(|hit| hit.pc)),
+            why => assert_eq!(why, SessionStopReason::Interrupted),
         }
         asked += 1;
     }
@@ -47,7 +47,7 @@ fn nor_on_the_way_back() {
     }
     session.points.add(PointTrigger::Code(vec![1, 2, 3, 4]), "", false);
     let back = |session: &mut DebugSession| match session.run_back(&mut || true) {
-        HaltReason::Points(hits) => hits.first().map(|hit| (hit.pc, session.machine().cycle())),
+        SessionStopReason::Points(hits) => hits.first().map(|hit| (hit.pc, session.machine().cycle())),
         _ => None,
     };
     let seen: Vec<(u32, u64)> = std::iter::from_fn(|| back(&mut session)).take(9).collect();
@@ -60,7 +60,7 @@ fn breakpoints_make_no_run_deaf() {
     let mut session = session_of("loop: inc r16\nrjmp loop\n");
     session.points.add(PointTrigger::Code(vec![1]), "", false);
     for _ in 0..100 {
-        assert!(matches!(session.run(&RunGoal::default(), &mut || true), HaltReason::Points(_)));
+        assert!(matches!(session.run(&RunGoal::default(), &mut || true), SessionStopReason::Points(_)));
     }
     session.points.clear();
     let (start, mut asked) = (session.machine().cycle(), 0);
@@ -68,7 +68,7 @@ fn breakpoints_make_no_run_deaf() {
         asked += 1;
         asked < 4
     });
-    assert_eq!(halt, HaltReason::Interrupted);
+    assert_eq!(halt, SessionStopReason::Interrupted);
     // A stretch takes a millisecond or two on any host; with the fault, stretches are 2^40 cycles long.
     assert!(session.machine().cycle() - start < 1 << 32, "{}", session.machine().cycle() - start);
 }
@@ -77,14 +77,14 @@ fn breakpoints_make_no_run_deaf() {
 #[test]
 fn endless_waits_are_stopped() {
     let rows = [
-        ("loop: sbis 0x09, 2\nrjmp loop\n", HaltReason::BlockedOnInput),
-        ("loop: sbis 0x09, 2\nrjmp loop\nend: rjmp end\n", HaltReason::BlockedOnInput),
+        ("loop: sbis 0x09, 2\nrjmp loop\n", SessionStopReason::BlockedOnInput),
+        ("loop: sbis 0x09, 2\nrjmp loop\nend: rjmp end\n", SessionStopReason::BlockedOnInput),
         (
             "ldi r16, 0x98\nsts 0xC1, r16\nldi r16, 1\nout 0x33, r16\nsei\nloop: sleep\nrjmp loop\n",
-            HaltReason::BlockedOnInput,
+            SessionStopReason::BlockedOnInput,
         ),
-        ("ldi r16, 1\nout 0x33, r16\nloop: sleep\nrjmp loop\n", HaltReason::Halted),
-        ("loop: rjmp loop\n", HaltReason::Halted),
+        ("ldi r16, 1\nout 0x33, r16\nloop: sleep\nrjmp loop\n", SessionStopReason::Halted),
+        ("loop: rjmp loop\n", SessionStopReason::Halted),
     ];
     for (program, why) in rows {
         let mut session = session_of(program);
@@ -94,10 +94,10 @@ fn endless_waits_are_stopped() {
         }
         // Time passes if the run has an end, and can be reverted.
         let goal = RunGoal { until: Some(1 << 40), runs_while_halted: true, ..RunGoal::default() };
-        assert_eq!(session.run(&goal, &mut || true), HaltReason::Limit, "{program}");
+        assert_eq!(session.run(&goal, &mut || true), SessionStopReason::Limit, "{program}");
         let (cycle, state) = (session.machine().cycle(), session.machine().save());
         assert!((1 << 40..(1 << 40) + 4).contains(&cycle), "{program}: {cycle}");
-        assert_eq!(session.step_back(1, &mut || true), HaltReason::Done, "{program}");
+        assert_eq!(session.step_back(1, &mut || true), SessionStopReason::Done, "{program}");
         assert!(session.machine().cycle() < cycle, "{program}");
         session.step_instructions(1, 1 << 41, &mut || true);
         assert!(session.machine().save() == state, "{program}");
@@ -105,7 +105,7 @@ fn endless_waits_are_stopped() {
     // A timer that still runs ends the wait, so its time is taken into account.
     let mut session =
         session_of("ldi r16, 1\nout 0x25, r16\nloop: in r17, 0x26\ncpi r17, 200\nbrne loop\nend: rjmp end\n");
-    assert_eq!(session.run(&RunGoal::default(), &mut || true), HaltReason::Halted);
+    assert_eq!(session.run(&RunGoal::default(), &mut || true), SessionStopReason::Halted);
     assert_eq!(session.machine().pc(), 5);
 }
 
@@ -115,12 +115,12 @@ fn endless_waits_are_stopped() {
 fn a_search_back_through_a_long_wait_is_interrupted() {
     let mut session = session_of("ldi r16, 5\nout 0x25, r16\nloop: sbis 0x15, 0\nrjmp loop\nsbi 0x15, 0\nrjmp loop\n");
     let goal = RunGoal { until: Some(1 << 36), ..RunGoal::default() };
-    assert_eq!(session.run(&goal, &mut || true), HaltReason::Limit);
+    assert_eq!(session.run(&goal, &mut || true), SessionStopReason::Limit);
     let wanted = session.scope.parse_expression("r20").expect("a register");
     let mut asked = 0;
     let found = session.last_access(PointTrigger::Change(wanted), &mut || {
         asked += 1;
         asked < 8
     });
-    assert_eq!(found, Err(HaltReason::Interrupted));
+    assert_eq!(found, Err(SessionStopReason::Interrupted));
 }

@@ -114,7 +114,7 @@ fn names_of_registers_pins_and_symbols() {
         (Lint::UnwrittenUse { space: "data", addr: 0x108 },      "data:0x108 is used before it was written"),
         (Lint::StackCollision { limit: 0x120 },                    "the stack grows below 0x0120 (_end)"),
         (Lint::StackCollision { limit: 0x100 },                    "the stack grows below 0x0100, where RAM begins"),
-        (Lint::StackCollision { limit: 0x180 },                    "the stack grows below 0x0180, up to where the heap reaches"),
+        (Lint::StackCollision { limit: 0x180 },                    "the stack grows below 0x0180, the end of the heap"),
         (Lint::UnimplementedAddress { addr: 0xE0 },                    "data:0xe0 is written, but is not implemented"),
         (Lint::ReservedBits { addr: 0xC5, bits: 0x10 },        "the reserved bit 4 of UBRR0H is written as 1"),
         (Lint::ReservedBits { addr: 0x45, bits: 0x30 },        "the reserved bits 4, 5 of TCCR0B are written as 1"),

@@ -13,7 +13,7 @@ use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_debug::CycleClock;
 use emu_debug::debug::{
-    DebugSession, DynMachine, ExpressionPlace, HaltReason, NameScope, RunGoal, SessionOptions, UserAction,
+    DebugSession, DynMachine, ExpressionPlace, NameScope, RunGoal, SessionOptions, SessionStopReason, UserAction,
 };
 use emu_debug::stimulus::{ExternalDrive, TimedDrive};
 use emu_test_machines::DebugMachine;
@@ -71,10 +71,10 @@ fn walks(family: Family, name: &str, count: u64) {
         let what = format!("{name} walk {walk} seed {seed:#x} {chip} {file}");
         let row = (family.chip)(chip);
         let image = load(row, file);
-        let target = (family.build)(chip, &image);
-        let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: target.clocks_per_cycle() };
-        let options = SessionOptions { clock, history_bytes: HISTORY, follower: None };
-        let mut session = DebugSession::new(target, NameScope::new(row), options);
+        let machine = (family.build)(chip, &image);
+        let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: machine.clocks_per_cycle() };
+        let options = SessionOptions { clock, max_copy_bytes: HISTORY, follower: None };
+        let mut session = DebugSession::new(machine, NameScope::new(row), options);
         let mut known: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
         let mut on = || true;
         for _ in 0..ACTS {
@@ -113,7 +113,7 @@ fn walks(family: Family, name: &str, count: u64) {
                     let (before, at) = (print(&session), session.machine().cycle());
                     let mut back = 0;
                     for _ in 0..n {
-                        if session.step_back(1, &mut || true) == HaltReason::Beginning {
+                        if session.step_back(1, &mut || true) == SessionStopReason::Beginning {
                             break;
                         }
                         back += 1;

@@ -14,12 +14,12 @@ impl GdbTarget<'_> {
     /// offset.
     fn load_bytes(&mut self, addr: u32, len: u32) -> Option<(u32, &mut [u8])> {
         let (memory, offset) = self.layout.find_memory(addr, len.try_into().ok()?)?;
-        let target = self.session.machine();
+        let machine = self.session.machine();
         let (space, all) = (memory.space, memory.len);
-        if space != target.chip().code_space {
+        if space != machine.chip().code_space {
             return None;
         }
-        let now = || (0..all).map(|at| target.peek(space, at).unwrap_or(0)).collect();
+        let now = || (0..all).map(|at| machine.peek(space, at).unwrap_or(0)).collect();
         let picture = self.loading.get_or_insert_with(now);
         let start = offset as usize;
         picture.get_mut(start..start + len as usize).map(|bytes| (offset, bytes))

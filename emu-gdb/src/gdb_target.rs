@@ -68,12 +68,12 @@ impl<'a> GdbTarget<'a> {
 
     /// The value of a register; the program counter is a byte address.
     pub(crate) fn register(&self, kind: GdbRegister) -> u32 {
-        let target = self.session.machine();
-        let bytes = |word: u32| word.saturating_mul(target.chip().word_bytes);
+        let machine = self.session.machine();
+        let bytes = |word: u32| word.saturating_mul(machine.chip().word_bytes);
         match kind {
-            GdbRegister::Core(name) => target.reg(name).unwrap_or(0),
-            GdbRegister::Pc(name) => bytes(target.reg(name).unwrap_or(0)),
-            GdbRegister::Stack(place) => bytes(target.return_stack().get(place).copied().unwrap_or(0)),
+            GdbRegister::Core(name) => machine.reg(name).unwrap_or(0),
+            GdbRegister::Pc(name) => bytes(machine.reg(name).unwrap_or(0)),
+            GdbRegister::Stack(place) => bytes(machine.return_stack().get(place).copied().unwrap_or(0)),
         }
     }
 

@@ -48,13 +48,13 @@ pub(crate) struct GdbLayout {
 
 impl GdbLayout {
     /// The layout of a machine's chip.
-    pub(crate) fn new(target: &dyn DynMachine) -> GdbLayout {
-        let chip = target.chip();
+    pub(crate) fn new(machine: &dyn DynMachine) -> GdbLayout {
+        let chip = machine.chip();
         let core = chip.cpu_regs.iter().map(|name| match *name {
             "PC" | "NA" => (GdbRegister::Pc(name), 4),
             name => (GdbRegister::Core(name), register_bits(chip, name).div_ceil(8) as usize),
         });
-        let places = if target.return_stack().is_empty() { 0 } else { PIC16_STACK_LEVELS };
+        let places = if machine.return_stack().is_empty() { 0 } else { PIC16_STACK_LEVELS };
         let registers = core.chain((0..places).map(|place| (GdbRegister::Stack(place), 4))).collect();
         let memories = chip.family_traits().gdb_memories.iter().filter_map(|&(name, base)| {
             let &(space, size, width) = chip.spaces.iter().find(|(space, ..)| *space == name)?;

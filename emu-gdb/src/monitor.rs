@@ -5,7 +5,7 @@ use std::convert::Infallible;
 
 use emu_core::cpu::ResetCause;
 use emu_debug::address_names::AddressRange;
-use emu_debug::debug::{HaltReason, HistorySize, UserAction};
+use emu_debug::debug::{HistorySize, SessionStopReason, UserAction};
 use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd};
 
 use crate::error::GdbError;
@@ -81,14 +81,14 @@ impl GdbTarget<'_> {
     }
 
     fn describe_place(&self) -> String {
-        let target = self.session.machine();
-        format!("stopped at {}, cycle {}", self.session.scope.source().describe_word(target.pc()), target.cycle())
+        let machine = self.session.machine();
+        format!("stopped at {}, cycle {}", self.session.scope.source().describe_word(machine.pc()), machine.cycle())
     }
 
     fn describe_time(&self) -> String {
-        let target = self.session.machine();
-        let seconds = self.session.clock().seconds(target.cycle());
-        format!("cycle {}, {} instructions, {seconds:.9} s", target.cycle(), target.instructions())
+        let machine = self.session.machine();
+        let seconds = self.session.clock().seconds(machine.cycle());
+        format!("cycle {}, {} instructions, {seconds:.9} s", machine.cycle(), machine.instructions())
     }
 
     fn reset(&mut self, why: ResetCause) -> String {
@@ -115,12 +115,12 @@ impl GdbTarget<'_> {
         self.describe_move(&halt)
     }
 
-    fn describe_move(&self, why: &HaltReason) -> String {
+    fn describe_move(&self, why: &SessionStopReason) -> String {
         let what = match why {
-            HaltReason::Beginning => "the history begins here; ",
-            HaltReason::Interrupted => "interrupted; ",
-            HaltReason::Halted => "nothing can wake the chip any more; ",
-            HaltReason::BlockedOnInput => "only an external stimulus can change what the program does; ",
+            SessionStopReason::Beginning => "the history begins here; ",
+            SessionStopReason::Interrupted => "interrupted; ",
+            SessionStopReason::Halted => "nothing can wake the chip any more; ",
+            SessionStopReason::BlockedOnInput => "only an external stimulus can change what the program does; ",
             _ => "",
         };
         format!("{what}{}\n{FLUSH_HINT}", self.describe_place())
@@ -132,10 +132,10 @@ impl GdbTarget<'_> {
             Err(why) => return why.to_string(),
         };
         let AddressRange { space, start, end } = range;
-        let target = self.session.machine();
-        let width = target.chip().bytes_per_address(space);
+        let machine = self.session.machine();
+        let width = machine.chip().bytes_per_address(space);
         let bytes = (start.saturating_mul(width)..end.saturating_mul(width)).take(MAX_PEEK_BYTES);
-        let bytes: Vec<u8> = bytes.filter_map(|at| target.peek(space, at)).collect();
+        let bytes: Vec<u8> = bytes.filter_map(|at| machine.peek(space, at)).collect();
         let lines = bytes.chunks(16).zip((start..).step_by(16 / width.max(1) as usize));
         let line = |(bytes, at): (&[u8], u32)| {
             let hex: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use std::ops::Range;
 
 use emu_core::cpu::{LAST_CYCLE, ProgramError, ProgramFault, StopReason};
-use emu_debug::debug::{CallFlow, DebugSession, HaltReason, ObserveLevel, PointHit, PointTrigger, RunGoal};
+use emu_debug::debug::{CallFlow, DebugSession, ObserveLevel, PointHit, PointTrigger, RunGoal, SessionStopReason};
 use gdbstub::common::Signal;
 use gdbstub::stub::SingleThreadStopReason;
 use gdbstub::target::ext::base::reverse_exec::{
@@ -58,29 +58,29 @@ impl GdbTarget<'_> {
         (reason, (!text.is_empty()).then_some(text))
     }
 
-    fn stop_report(&self, why: &HaltReason) -> StopReport {
+    fn stop_report(&self, why: &SessionStopReason) -> StopReport {
         use SingleThreadStopReason as Reason;
         let place = |pc: &u32| self.session.scope.source().describe_word(*pc);
         let signal = |signal| Reason::SignalWithThread { tid: (), signal };
         match why {
-            HaltReason::Done | HaltReason::Limit => (signal(Signal::SIGTRAP), None),
-            HaltReason::Interrupted => (signal(Signal::SIGINT), None),
-            HaltReason::Beginning => (Reason::ReplayLog { tid: None, pos: ReplayLogPosition::Begin }, None),
-            HaltReason::Points(hits) => (self.stop_of_hits(hits), None),
+            SessionStopReason::Done | SessionStopReason::Limit => (signal(Signal::SIGTRAP), None),
+            SessionStopReason::Interrupted => (signal(Signal::SIGINT), None),
+            SessionStopReason::Beginning => (Reason::ReplayLog { tid: None, pos: ReplayLogPosition::Begin }, None),
+            SessionStopReason::Points(hits) => (self.stop_of_hits(hits), None),
             // Any signal except SIGTRAP ends gdb's `step`, which would otherwise never end.
-            HaltReason::Halted => {
+            SessionStopReason::Halted => {
                 (signal(Signal::SIGSTOP), Some("the program has ended: nothing can wake the chip any more".to_owned()))
             }
-            HaltReason::BlockedOnInput => {
+            SessionStopReason::BlockedOnInput => {
                 (signal(Signal::SIGSTOP), Some("only an external stimulus can change what the program does".to_owned()))
             }
-            HaltReason::Error(ProgramError::Illegal { pc, word }) => {
+            SessionStopReason::Error(ProgramError::Illegal { pc, word }) => {
                 let text = format!("0x{word:04x} at {} is not an instruction of this chip", place(pc));
                 (signal(Signal::SIGILL), Some(text))
             }
-            HaltReason::Error(ProgramError::Fault { pc, fault }) => {
+            SessionStopReason::Error(ProgramError::Fault { pc, fault }) => {
                 let number = match fault {
-                    ProgramFault::UninitialisedRead { .. } => Signal::SIGSEGV,
+                    ProgramFault::UnwrittenRead { .. } => Signal::SIGSEGV,
                     ProgramFault::JumpOutOfProgram { .. } | ProgramFault::CycleTooLong => Signal::SIGBUS,
                 };
                 (signal(number), Some(format!("{fault}, at {}", place(pc))))
@@ -103,19 +103,21 @@ impl GdbTarget<'_> {
         }
     }
 
-    fn describe_halt(&self, why: &HaltReason) -> String {
+    fn describe_halt(&self, why: &SessionStopReason) -> String {
         let place = self.session.scope.source().describe_word(self.session.machine().pc());
         match why {
-            HaltReason::Points(hits) if hits.iter().all(|hit| hit.write.is_none()) => format!("breakpoint at {place}"),
-            HaltReason::Points(hits) => {
+            SessionStopReason::Points(hits) if hits.iter().all(|hit| hit.write.is_none()) => {
+                format!("breakpoint at {place}")
+            }
+            SessionStopReason::Points(hits) => {
                 let by = hits.iter().find(|hit| hit.write.is_some());
                 let value = by.and_then(|hit| hit.new).map_or_else(String::new, |new| format!(" of 0x{new:02x}"));
                 let what = if by.and_then(|hit| hit.write) == Some(true) { "write" } else { "read" };
                 let from = by.map_or_else(String::new, |hit| self.session.scope.source().describe_word(hit.pc));
                 format!("watchpoint: {what}{value} by {from}")
             }
-            HaltReason::Interrupted => format!("interrupted at {place}"),
-            HaltReason::Beginning => "the history begins here".to_owned(),
+            SessionStopReason::Interrupted => format!("interrupted at {place}"),
+            SessionStopReason::Beginning => "the history begins here".to_owned(),
             _ => format!("a step has ended at {place}"),
         }
     }
@@ -124,46 +126,50 @@ impl GdbTarget<'_> {
 /// Steps through the code of a source line. An interrupt service routine that starts meanwhile runs to its
 /// end. A jump to itself that nothing can end is the end of the program; single steps alone would not detect
 /// it.
-fn step_range(session: &mut DebugSession, words: &Range<u32>, keep_running: &mut dyn FnMut() -> bool) -> HaltReason {
+fn step_range(
+    session: &mut DebugSession,
+    words: &Range<u32>,
+    keep_running: &mut dyn FnMut() -> bool,
+) -> SessionStopReason {
     let (mut depth, mut from) = (session.machine().stack_depth(), session.machine().pc());
     let mut service: Option<u32> = None;
     let mut self_jumps = 0u64;
     let mut halted = false;
     let halt = session.step_until(LAST_CYCLE, true, keep_running, &mut |session, flow, entered| {
-        let target = session.machine();
+        let machine = session.machine();
         match service {
             None if entered => service = Some(depth),
-            Some(before) if flow == CallFlow::Return && target.stack_depth() <= before => service = None,
+            Some(before) if flow == CallFlow::Return && machine.stack_depth() <= before => service = None,
             _ => {}
         }
-        depth = target.stack_depth();
-        self_jumps = if target.pc() == from { self_jumps + 1 } else { 0 };
-        from = target.pc();
+        depth = machine.stack_depth();
+        self_jumps = if machine.pc() == from { self_jumps + 1 } else { 0 };
+        from = machine.pc();
         // Checked at increasing intervals, because it may take long until an interrupt comes.
         halted = self_jumps.is_power_of_two() && {
-            let mut copy = target.fork();
+            let mut copy = machine.fork();
             copy.set_breakpoints(&BTreeSet::new());
-            copy.run(target.cycle() + 1, ObserveLevel::Nothing, &mut ()) == StopReason::Halted
+            copy.run(machine.cycle() + 1, ObserveLevel::Nothing, &mut ()) == StopReason::Halted
         };
-        halted || service.is_none() && !words.contains(&target.pc())
+        halted || service.is_none() && !words.contains(&machine.pc())
     });
-    if halted && halt == HaltReason::Done { HaltReason::Halted } else { halt }
+    if halted && halt == SessionStopReason::Done { SessionStopReason::Halted } else { halt }
 }
 
 /// Runs backwards. The session stops after the instruction that hit a watchpoint; gdb expects the stop before
 /// it, where the memory has its old value.
-fn run_back(session: &mut DebugSession, keep_running: &mut dyn FnMut() -> bool) -> HaltReason {
+fn run_back(session: &mut DebugSession, keep_running: &mut dyn FnMut() -> bool) -> SessionStopReason {
     if session.points.enabled().any(|point| !matches!(point.trigger, PointTrigger::Code(_))) {
         // The instruction that was just executed may have hit a watchpoint.
         let now = session.machine().cycle();
-        if session.step_back(1, &mut || true) == HaltReason::Done
-            && let HaltReason::Points(hits) = session.step_instructions(1, now, &mut || true)
+        if session.step_back(1, &mut || true) == SessionStopReason::Done
+            && let SessionStopReason::Points(hits) = session.step_instructions(1, now, &mut || true)
         {
             return step_before_access(session, hits);
         }
     }
     match session.run_back(keep_running) {
-        HaltReason::Points(hits) if !hits.iter().any(|hit| is_breakpoint(session, hit.id)) => {
+        SessionStopReason::Points(hits) if !hits.iter().any(|hit| is_breakpoint(session, hit.id)) => {
             step_before_access(session, hits)
         }
         why => why,
@@ -171,10 +177,10 @@ fn run_back(session: &mut DebugSession, keep_running: &mut dyn FnMut() -> bool) 
 }
 
 /// Goes back before the instruction that hit a watchpoint; that instruction may have a breakpoint.
-fn step_before_access(session: &mut DebugSession, mut hits: Vec<PointHit>) -> HaltReason {
+fn step_before_access(session: &mut DebugSession, mut hits: Vec<PointHit>) -> SessionStopReason {
     session.step_back(1, &mut || true);
     hits.extend(breakpoints_here(session));
-    HaltReason::Points(hits)
+    SessionStopReason::Points(hits)
 }
 
 fn is_breakpoint(session: &DebugSession, id: u32) -> bool {

@@ -70,5 +70,5 @@ pub(crate) fn open_session(chip: &'static Chip, image: Image) -> DebugSession {
     let (target, clock) = visit_machine(chip, &image, ToDynMachine);
     let mut scope = NameScope::new(chip);
     (scope.symbols, scope.lines) = (image.symbols, image.lines);
-    DebugSession::new(target, scope, SessionOptions { clock, history_bytes: 4 << 20, follower: None })
+    DebugSession::new(target, scope, SessionOptions { clock, max_copy_bytes: 4 << 20, follower: None })
 }

@@ -18,8 +18,8 @@ impl LadderView {
     /// In that rung only elements that have run in this scan have power. The result is empty between the
     /// rungs of two scans. `color` adds terminal sequences.
     #[must_use]
-    pub fn draw(&self, follow: Option<&dyn ProgramFollower>, target: &dyn DynMachine, color: bool) -> Vec<String> {
-        let moment = self.scan_position(follow, target);
+    pub fn draw(&self, follow: Option<&dyn ProgramFollower>, machine: &dyn DynMachine, color: bool) -> Vec<String> {
+        let moment = self.scan_position(follow, machine);
         moment.current_element.map_or(Vec::new(), |here| self.draw_at(here.rung, &moment, color))
     }
 
@@ -30,10 +30,10 @@ impl LadderView {
         &self,
         rung: u32,
         follow: Option<&dyn ProgramFollower>,
-        target: &dyn DynMachine,
+        machine: &dyn DynMachine,
         color: bool,
     ) -> Vec<String> {
-        rung.checked_sub(1).map_or(Vec::new(), |index| self.draw_at(index, &self.scan_position(follow, target), color))
+        rung.checked_sub(1).map_or(Vec::new(), |index| self.draw_at(index, &self.scan_position(follow, machine), color))
     }
 
     /// Draws a rung, by its index from 0.

@@ -32,17 +32,17 @@ impl LadderView {
     pub fn explain_value(
         &self,
         follow: &dyn ProgramFollower,
-        target: &dyn DynMachine,
+        machine: &dyn DynMachine,
         name: &str,
     ) -> Result<Vec<String>, ViewError> {
         let follower = ScanFollower::from_dyn(follow).ok_or(ViewError::NotFollowed)?;
         let symbol = self.facts.power_up.index(name).ok_or_else(|| self.unknown_symbol(name))?;
-        let moment = self.scan_position(Some(follow), target);
+        let moment = self.scan_position(Some(follow), machine);
         let since = if follower.scans_before > 0 { "the reset" } else { "power-up" };
         let Some(newest) = moment.current_scan.as_ref().or(moment.last_scan.as_ref()) else {
             return Err(ViewError::NoScan { was_reset: follower.scans_before > 0 });
         };
-        let value = self.facts.chip_value(symbol, target);
+        let value = self.facts.chip_value(symbol, machine);
         let shown = self.facts.shown_value(symbol, value);
         let prefix: ScanPrefix = (newest.clone(), self.reached_element(&moment, symbol, value));
         let explainer = ChangeExplainer { view: self, follower };

@@ -118,9 +118,9 @@ pub struct ElementStart {
 
 impl ProgramFacts {
     /// Reads a symbol on the chip as the evaluator holds it, with a sign; 0 without a place.
-    fn chip_value(&self, symbol: usize, target: &dyn DynMachine) -> i32 {
+    fn chip_value(&self, symbol: usize, machine: &dyn DynMachine) -> i32 {
         let place = self.places.get(symbol);
-        let value = place.and_then(|place| place.value(target)).unwrap_or(0) as i32;
+        let value = place.and_then(|place| place.value(machine)).unwrap_or(0) as i32;
         let unused = match place {
             Some(ExpressionPlace::Memory { bytes, .. }) => 32 - 8 * u32::from((*bytes).clamp(1, 4)),
             _ => 0,
@@ -219,8 +219,8 @@ impl LadderView {
 
     /// Current values of all symbols on the chip; `None` for a symbol without one.
     #[must_use]
-    pub fn values(&self, target: &dyn DynMachine) -> Vec<(String, Option<i64>)> {
-        self.symbols().into_iter().map(|(name, place)| (name, place.value(target))).collect()
+    pub fn values(&self, machine: &dyn DynMachine) -> Vec<(String, Option<i64>)> {
+        self.symbols().into_iter().map(|(name, place)| (name, place.value(machine))).collect()
     }
 
     /// Whether a symbol is TRUE before the first scan, by its declaration.

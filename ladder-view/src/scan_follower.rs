@@ -123,37 +123,37 @@ impl ScanFollower {
     }
 
     /// Result of the scan in progress, computed from its latched inputs.
-    pub(crate) fn current_scan(&self, target: &dyn DynMachine) -> Option<Arc<FollowedScan>> {
+    pub(crate) fn current_scan(&self, machine: &dyn DynMachine) -> Option<Arc<FollowedScan>> {
         let cycle = self.latch_cycle?;
-        Some(Arc::new(self.run_scan(&mut self.eval.clone(), cycle, target)))
+        Some(Arc::new(self.run_scan(&mut self.eval.clone(), cycle, machine)))
     }
 
     /// Copies the values of the chip to the evaluator when the inputs are latched.
-    fn latch_inputs(&mut self, target: &dyn DynMachine) {
+    fn latch_inputs(&mut self, machine: &dyn DynMachine) {
         for symbol in 0..self.facts.places.len() {
-            self.eval.set(symbol, self.facts.chip_value(symbol, target));
+            self.eval.set(symbol, self.facts.chip_value(symbol, machine));
         }
         if self.last_scan.is_none() {
             // Content of the EEPROM at power-up.
             for cell in self.facts.map.eeprom.iter().flat_map(|kept| kept.addr..kept.addr + u16::from(kept.bytes)) {
-                if let Some(byte) = target.peek("eeprom", cell.into()) {
+                if let Some(byte) = machine.peek("eeprom", cell.into()) {
                     self.eval.set_eeprom(cell.into(), byte);
                 }
             }
         }
         let flag = self.facts.byte_flag.filter(|_| !self.facts.received_symbols.is_empty());
         self.byte_received = flag.is_some_and(|(addr, bit)| {
-            target.peek(self.facts.chip.reg_space, addr.into()).is_some_and(|value| value & bit != 0)
+            machine.peek(self.facts.chip.reg_space, addr.into()).is_some_and(|value| value & bit != 0)
         });
-        self.latch_cycle = Some(if self.facts.latches_itself { self.start_cycle } else { target.cycle() });
+        self.latch_cycle = Some(if self.facts.latches_itself { self.start_cycle } else { machine.cycle() });
     }
 
     /// Runs the current scan, with external values taken from the chip.
     ///
     /// These are the results of the converter and received bytes. A byte is detected by its flag, or, if it
     /// arrived later, by the changed value of its symbol.
-    fn run_scan(&self, eval: &mut Evaluator, cycle: u64, target: &dyn DynMachine) -> FollowedScan {
-        let value = |symbol: usize| self.facts.chip_value(symbol, target);
+    fn run_scan(&self, eval: &mut Evaluator, cycle: u64, machine: &dyn DynMachine) -> FollowedScan {
+        let value = |symbol: usize| self.facts.chip_value(symbol, machine);
         let start: Vec<i32> = (0..self.facts.places.len()).map(|symbol| eval.get(symbol)).collect();
         for symbol in eval.adc_symbols().collect::<Vec<usize>>() {
             eval.set_adc(symbol, value(symbol).clamp(0, 1023) as u16);
@@ -223,10 +223,10 @@ impl ScanFollower {
     }
 
     /// Ends the current scan and records it.
-    fn end_scan(&mut self, target: &dyn DynMachine) {
+    fn end_scan(&mut self, machine: &dyn DynMachine) {
         let Some(cycle) = self.latch_cycle.take() else { return };
         let mut eval = self.eval.clone();
-        let scan = Arc::new(self.run_scan(&mut eval, cycle, target));
+        let scan = Arc::new(self.run_scan(&mut eval, cycle, machine));
         self.eval = eval;
         self.last_scan = Some(scan.clone());
         for (_, changes) in self.changes.iter_mut().enumerate().filter(|(symbol, _)| scan.has_changed(*symbol, None)) {
@@ -243,16 +243,16 @@ impl ProgramFollower for ScanFollower {
         &self.facts.follow_words
     }
 
-    fn on_reached(&mut self, target: &dyn DynMachine, pc: u32) {
+    fn on_reached(&mut self, machine: &dyn DynMachine, pc: u32) {
         if pc == self.facts.scan_start {
-            self.end_scan(target);
+            self.end_scan(machine);
             self.scans_begun += 1;
-            self.start_cycle = target.cycle();
+            self.start_cycle = machine.cycle();
         } else if pc == RESET_WORD {
             self.on_power_cycle();
         }
         if pc == self.facts.latched {
-            self.latch_inputs(target);
+            self.latch_inputs(machine);
         }
     }
 

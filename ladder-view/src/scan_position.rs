@@ -56,24 +56,24 @@ impl ScanPosition {
 impl LadderView {
     /// Finds where in a scan the chip is.
     #[must_use]
-    pub fn scan_position(&self, follow: Option<&dyn ProgramFollower>, target: &dyn DynMachine) -> ScanPosition {
+    pub fn scan_position(&self, follow: Option<&dyn ProgramFollower>, machine: &dyn DynMachine) -> ScanPosition {
         let follower = follow.and_then(ScanFollower::from_dyn);
         ScanPosition {
-            current_scan: follower.and_then(|follower| follower.current_scan(target)),
+            current_scan: follower.and_then(|follower| follower.current_scan(machine)),
             last_scan: follower.and_then(|follower| follower.last_scan.clone()),
-            current_element: self.element_at(self.current_word(target)),
+            current_element: self.element_at(self.current_word(machine)),
         }
     }
 
     /// Program word that identifies the position in the program: the next instruction, or inside a routine
     /// the end of the call that led there.
     #[must_use]
-    pub fn current_word(&self, target: &dyn DynMachine) -> u32 {
-        let (word, end) = (target.pc(), self.word(self.facts.map.scan_end));
+    pub fn current_word(&self, machine: &dyn DynMachine) -> u32 {
+        let (word, end) = (machine.pc(), self.word(self.facts.map.scan_end));
         if word <= end || self.facts.chip.is_bit_controller() {
             return word;
         }
-        let mut copy = target.fork();
+        let mut copy = machine.fork();
         copy.set_breakpoints(&BTreeSet::new());
         for _ in 0..MAX_ROUTINE_STEPS {
             copy.step(ObserveLevel::Nothing, &mut ());

@@ -23,7 +23,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use common::{ChipSetup, drive_input, open};
-use emu_debug::debug::{DebugSession, HaltReason, RunGoal};
+use emu_debug::debug::{DebugSession, RunGoal, SessionStopReason};
 use ladder_view::LadderView;
 
 fn example(program: &str, mcu: &'static str) -> (DebugSession, LadderView) {
@@ -35,7 +35,7 @@ fn example(program: &str, mcu: &'static str) -> (DebugSession, LadderView) {
 fn run_to(session: &mut DebugSession, words: impl IntoIterator<Item = u32>) {
     let until = Some(session.machine().cycle() + 100_000_000);
     let goal = RunGoal { until, words: words.into_iter().collect::<BTreeSet<u32>>(), runs_while_halted: false };
-    assert_eq!(session.run(&goal, &mut || true), HaltReason::Done);
+    assert_eq!(session.run(&goal, &mut || true), SessionStopReason::Done);
 }
 
 fn run_command(command: &str, open_now: &mut Option<(DebugSession, LadderView)>, out: &mut String) {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use common::{ChipSetup, drive_input, open};
 use emu_core::cpu::ResetCause;
-use emu_debug::debug::{DebugSession, ExpressionPlace, HaltReason, RunGoal, UserAction};
+use emu_debug::debug::{DebugSession, ExpressionPlace, RunGoal, SessionStopReason, UserAction};
 use ladder_view::LadderView;
 
 /// A latch, edges, a counter and a routine, in scans of 1 ms.
@@ -64,12 +64,13 @@ impl Xorshift {
 
 /// Everything that the view shows at a position.
 fn position_text(session: &DebugSession, view: &LadderView) -> String {
-    let (target, follow) = (session.machine(), session.follower());
-    let element = view.scan_position(follow, target).current_element();
-    let mut text = format!("pc {:#x}, scan {:?}, {element:?}\n", target.pc(), session.scan());
-    for (name, value) in view.values(target) {
-        let why =
-            view.explain_value(follow.expect("one follows"), target, &name).unwrap_or_else(|why| vec![why.to_string()]);
+    let (machine, follow) = (session.machine(), session.follower());
+    let element = view.scan_position(follow, machine).current_element();
+    let mut text = format!("pc {:#x}, scan {:?}, {element:?}\n", machine.pc(), session.scan());
+    for (name, value) in view.values(machine) {
+        let why = view
+            .explain_value(follow.expect("one follows"), machine, &name)
+            .unwrap_or_else(|why| vec![why.to_string()]);
         if let Some(first) = why.first().filter(|line| line.starts_with(&format!("{name} is "))) {
             let value = value.expect("a value").to_string();
             let said = first[name.len() + 4..].split([':', ' ']).next();
@@ -78,7 +79,7 @@ fn position_text(session: &DebugSession, view: &LadderView) -> String {
         text.push_str(&format!("{}\n", why.join("\n")));
     }
     (1..=view.program().rungs.len() as u32).for_each(|rung| {
-        view.draw_rung(rung, follow, target, false).iter().for_each(|line| text.push_str(&format!("{line}\n")));
+        view.draw_rung(rung, follow, machine, false).iter().for_each(|line| text.push_str(&format!("{line}\n")));
     });
     text
 }
@@ -124,7 +125,7 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
                 let until = Some(session.machine().cycle() + 20_000);
                 let halt =
                     session.run(&RunGoal { until, words: [word].into(), runs_while_halted: false }, &mut keep_running);
-                resets += u32::from(word == 0 && halt == HaltReason::Done);
+                resets += u32::from(word == 0 && halt == SessionStopReason::Done);
             }
             9 => {
                 let cycle = session.machine().cycle().saturating_sub(draw.below(8000));
@@ -137,7 +138,7 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
                     session.step_instructions(1, u64::MAX, &mut keep_running);
                 }
                 let before = position_text(&session, &view);
-                if session.step_back(steps, &mut || true) == HaltReason::Done {
+                if session.step_back(steps, &mut || true) == SessionStopReason::Done {
                     if let Some(known) = known.get(&session.machine().cycle()).filter(|_| session.is_at_step_end()) {
                         assert_eq!(*known, position_text(&session, &view), "{context}: {steps} back");
                     }

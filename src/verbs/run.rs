@@ -198,7 +198,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     let cod = &args.cod;
     let mut script = cod.as_deref().map(|file| cod::read_script(file, chip)).transpose()?;
     let clock = match (&mut script, cod) {
-        (Some(script), Some(file)) => Some(cod::script_clock(script, file, machine.clock, chip)?),
+        (Some(script), Some(file)) => Some(cod::choose_script_clock(script, file, machine.clock, chip)?),
         _ => chip_choice.clock(machine.clock),
     };
     let ram = match args.ram {

@@ -140,7 +140,8 @@ pub(crate) fn pin_behaviour(chip: &Chip, pin: PinId) -> Option<PinBehaviour> {
     Some(PinBehaviour { pull_up, high })
 }
 
-/// True if an output at this pin needs a pull-up on the board: the chip has no driver for a high level.
+/// Returns true if an output at this pin needs a pull-up on the board: the chip has no driver for a high
+/// level.
 #[must_use]
 pub fn needs_pull_up(chip: &Chip, pin: PinId) -> bool {
     pin_behaviour(chip, pin).is_some_and(|behaviour| behaviour.high == HighDrive::Open)
@@ -173,15 +174,17 @@ pub(crate) fn unnamed_pins(chip: &Chip, named: &[PinId]) -> UnnamedPins {
     UnnamedPins { undriven, drivable }
 }
 
-/// The chip of this name, if an emulator exists for it.
-pub(crate) fn find_chip(name: &str) -> Option<&'static Chip> {
+/// Returns the AVR, 8051 or PIC16 chip of this name. AP101 is left out: callers look for chips that have
+/// foreign images, or pins by package.
+pub(crate) fn find_chip_with_package(name: &str) -> Option<&'static Chip> {
     emu_avr::chips::chip(name).or_else(|| emu_8051::chips::chip(name)).or_else(|| emu_pic16::chips::chip(name))
 }
 
 /// What a check needs of a machine in addition to [`Cpu`].
 pub(crate) trait CheckedChip: Cpu {
-    /// A number that changes with the depth of the stack; `None` on a machine without a stack.
-    fn stack_depth(&self) -> Option<u32>;
+    /// Returns the stack pointer (on a PIC16 the stack position); `None` on a machine without a stack. At the
+    /// same depth of the stack it has the same value.
+    fn stack_pointer(&self) -> Option<u32>;
     /// Who drives a pin now; `None` on a machine whose pins are always driven.
     fn pin_state(&self, pin: PinId) -> Option<PinState> {
         self.bus().pins().get(usize::from(pin)).copied()
@@ -189,25 +192,25 @@ pub(crate) trait CheckedChip: Cpu {
 }
 
 impl CheckedChip for Avr {
-    fn stack_depth(&self) -> Option<u32> {
+    fn stack_pointer(&self) -> Option<u32> {
         self.reg("sp")
     }
 }
 
 impl CheckedChip for Mcs51 {
-    fn stack_depth(&self) -> Option<u32> {
+    fn stack_pointer(&self) -> Option<u32> {
         self.reg("sp")
     }
 }
 
 impl CheckedChip for Pic16 {
-    fn stack_depth(&self) -> Option<u32> {
+    fn stack_pointer(&self) -> Option<u32> {
         Some(self.stack().1 as u32)
     }
 }
 
 impl CheckedChip for Ap101 {
-    fn stack_depth(&self) -> Option<u32> {
+    fn stack_pointer(&self) -> Option<u32> {
         None
     }
 }
@@ -301,7 +304,7 @@ mod tests {
     #[test]
     fn a_copy_with_its_own_ram_is_as_from_power_up() {
         for mcu in ["atmega328p", "atmega8", "atmega128", "pic16f873", "pic16f877a", "pic16f628", "pic16f84a"] {
-            let chip = find_chip(mcu).expect(mcu);
+            let chip = find_chip_with_package(mcu).expect(mcu);
             visit_machines(chip, &Image::default(), chip.default_hz, PowerUpCheck(chip, chip.default_hz));
         }
     }

@@ -7,7 +7,7 @@ use ladder_compile::{ImageMap, PinAssignment, SpecialPin};
 
 use crate::CheckOptions;
 use crate::chip::deviation::Deviation;
-use crate::chip::families::{FamilyTiming, family_timing, find_chip};
+use crate::chip::families::{FamilyTiming, family_timing, find_chip_with_package};
 
 /// The timing of a scan: its period, and the limits of its pacing timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +16,7 @@ pub(crate) struct ScanPace {
     pub clock_hz: u64,
     /// Machine cycles per scan, as the reduced fraction `num / den`.
     pub num: u128,
+    /// Denominator of the machine cycles per scan.
     pub den: u128,
     /// Machine cycles per timer tick: the smallest with which the period fits.
     pub tick_cycles: u64,
@@ -72,23 +73,23 @@ fn ratio_text(num: u128, den: u128) -> String {
 }
 
 /// The deviations of the map from what the program and the options require.
-pub(crate) fn map_disagreements(
+pub(crate) fn map_deviations(
     program: &LadderProgram,
     options: &CheckOptions,
     pace: &ScanPace,
     (map, chip): (&ImageMap, &Chip),
 ) -> Vec<Deviation> {
-    let mut disagreements = Vec::new();
+    let mut deviations = Vec::new();
     if !map.mcu.eq_ignore_ascii_case(chip.name) {
-        disagreements.push(Deviation::new(format!("the chip {}", chip.name), map.mcu.clone()));
+        deviations.push(Deviation::new(format!("the chip {}", chip.name), map.mcu.clone()));
     }
     if map.clock_hz != pace.clock_hz {
-        disagreements.push(Deviation::new(format!("a clock of {} Hz", pace.clock_hz), format!("{} Hz", map.clock_hz)));
+        deviations.push(Deviation::new(format!("a clock of {} Hz", pace.clock_hz), format!("{} Hz", map.clock_hz)));
     }
     let (num, den) = (u128::from(map.cycle.num), u128::from(map.cycle.den));
     if den == 0 || num.checked_mul(pace.den) != pace.num.checked_mul(den) {
         let of = format!("({} us at {} Hz)", program.settings.cycle_us, pace.clock_hz);
-        disagreements.push(Deviation::new(
+        deviations.push(Deviation::new(
             format!("a period of {} cycles {of}", pace.period()),
             format!("{} cycles", ratio_text(num, den)),
         ));
@@ -97,15 +98,15 @@ pub(crate) fn map_disagreements(
     let is_multiple = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
     if u64::from(map.tick) > pace.tick_cycles && !is_multiple {
         let wanted = format!("a tick of the timer of at most {} cycles", pace.tick_cycles);
-        disagreements.push(Deviation::new(wanted, format!("{} cycles", map.tick)));
+        deviations.push(Deviation::new(wanted, format!("{} cycles", map.tick)));
     }
     if u64::from(map.poll_cycles) > pace.poll_cycles {
         let wanted = format!("at most {} cycles from a match to the start of its scan", pace.poll_cycles);
-        disagreements.push(Deviation::new(wanted, format!("{} cycles", map.poll_cycles)));
+        deviations.push(Deviation::new(wanted, format!("{} cycles", map.poll_cycles)));
     }
-    check_pins(program, options, (map, chip), &mut disagreements);
-    check_special_pins(program, options, pace, (map, chip), &mut disagreements);
-    disagreements
+    check_pins(program, options, (map, chip), &mut deviations);
+    check_special_pins(program, options, pace, (map, chip), &mut deviations);
+    deviations
 }
 
 /// Checks the pins of peripherals and the EEPROM: the baud rate of the serial line, the pins of analog
@@ -115,7 +116,7 @@ fn check_special_pins(
     options: &CheckOptions,
     pace: &ScanPace,
     (map, chip): (&ImageMap, &Chip),
-    differences: &mut Vec<Deviation>,
+    deviations: &mut Vec<Deviation>,
 ) {
     let mut names: Vec<&str> = map.pins.iter().map(|pin| pin.pin.as_str()).collect();
     for special in &map.specials {
@@ -126,19 +127,19 @@ fn check_special_pins(
         | SpecialPin::Spi { pin, .. }
         | SpecialPin::Pwm { pin, .. }) = special;
         if names.iter().any(|name| name.eq_ignore_ascii_case(pin)) {
-            differences.push(Deviation::new(format!("one job for the pin {pin}"), "several"));
+            deviations.push(Deviation::new(format!("one job for the pin {pin}"), "several"));
         }
         names.push(pin);
         let rate = program.settings.baud.unwrap_or(0);
         match special {
             SpecialPin::Transmit { baud, .. } | SpecialPin::Receive { baud, .. } if *baud != rate => {
-                differences.push(Deviation::new(format!("a serial line of {rate} bits per second"), format!("{baud}")));
+                deviations.push(Deviation::new(format!("a serial line of {rate} bits per second"), format!("{baud}")));
             }
             SpecialPin::Analog { pin, name } => {
                 if let Some(wanted) =
                     requested_pin(program, options, chip, name).filter(|wanted| !wanted.eq_ignore_ascii_case(pin))
                 {
-                    differences.push(Deviation::new(format!("{name} at {wanted}"), format!("at {pin}")));
+                    deviations.push(Deviation::new(format!("{name} at {wanted}"), format!("at {pin}")));
                 }
             }
             SpecialPin::Pwm { pin, name, hertz, period, steps } => {
@@ -147,10 +148,10 @@ fn check_special_pins(
                 let requested = output.and_then(|output| output.hertz).map(u64::from);
                 let wanted = name.as_deref().and_then(|name| requested_pin(program, options, chip, name));
                 if let Some(wanted) = wanted.filter(|wanted| !wanted.eq_ignore_ascii_case(pin)) {
-                    differences.push(Deviation::new(format!("a PWM output at {wanted}"), format!("at {pin}")));
+                    deviations.push(Deviation::new(format!("a PWM output at {wanted}"), format!("at {pin}")));
                 }
                 if requested != Some(*hertz) {
-                    differences.push(Deviation::new(
+                    deviations.push(Deviation::new(
                         format!("a PWM output of {} Hz", requested.unwrap_or(0)),
                         format!("{hertz} Hz"),
                     ));
@@ -161,7 +162,7 @@ fn check_special_pins(
                 if period.den == 0 || clocks.abs_diff(wanted) * 20 > wanted || *steps < MIN_PWM_STEPS {
                     let wanted = format!("PWM of {hertz} Hz within 5 %, of {MIN_PWM_STEPS} steps or more");
                     let (num, den) = (u128::from(period.num), u128::from(period.den));
-                    differences.push(Deviation::new(
+                    deviations.push(Deviation::new(
                         wanted,
                         format!("a period of {} cycles, {steps} steps", ratio_text(num, den)),
                     ));
@@ -179,7 +180,7 @@ fn check_special_pins(
         let found = cells.next().map(|cells| (cells.name.as_str(), cells.addr, cells.bytes));
         if found != Some(wanted) {
             let text = |(name, addr, bytes): (&str, u16, u8)| format!("{bytes} cells from {addr} on for {name}");
-            differences.push(Deviation::new(text(wanted), found.map_or_else(|| "none".to_owned(), text)));
+            deviations.push(Deviation::new(text(wanted), found.map_or_else(|| "none".to_owned(), text)));
         }
         addr += u16::from(bytes);
     }
@@ -188,8 +189,8 @@ fn check_special_pins(
 /// Minimum number of steps of the duty cycle; a coarser PWM output is refused.
 const MIN_PWM_STEPS: u32 = 16;
 
-/// True if a PWM output of the program takes the first CCP module of a PIC16, which otherwise paces the
-/// scans: on chips with one module, with several outputs, and at the pin of that module.
+/// Returns true if a PWM output of the program takes the first CCP module of a PIC16, which otherwise paces
+/// the scans: on chips with one module, with several outputs, and at the pin of that module.
 fn uses_first_ccp(program: &LadderProgram, options: &CheckOptions, chip: &Chip) -> bool {
     let outputs = program.pwm_outputs();
     let is_at_first = |name: &str| requested_pin(program, options, chip, name) == Some("RC2");
@@ -206,7 +207,7 @@ fn check_pins(
     program: &LadderProgram,
     options: &CheckOptions,
     (map, chip): (&ImageMap, &Chip),
-    differences: &mut Vec<Deviation>,
+    deviations: &mut Vec<Deviation>,
 ) {
     let symbols = program.symbols();
     for symbol in &symbols {
@@ -219,28 +220,28 @@ fn check_pins(
         let found: Vec<_> = map.pins.iter().filter(|p| p.name == name).collect();
         let pins: Vec<&str> = found.iter().map(|p| p.pin.as_str()).collect();
         if found.len() != 1 {
-            differences
+            deviations
                 .push(Deviation::new(format!("one pin for {name}"), format!("{} pins {}", pins.len(), pins.join(" "))));
         }
         if let Some(other) = found.iter().find(|p| p.direction != direction) {
-            differences.push(Deviation::new(format!("{name} as `{direction}`"), format!("`{}`", other.direction)));
+            deviations.push(Deviation::new(format!("{name} as `{direction}`"), format!("`{}`", other.direction)));
         }
         if let Some(wanted) = requested_pin(program, options, chip, name)
             && pins.iter().any(|pin| !pin.eq_ignore_ascii_case(wanted))
         {
-            differences.push(Deviation::new(format!("{name} at {wanted}"), format!("at {}", pins.join(" "))));
+            deviations.push(Deviation::new(format!("{name} at {wanted}"), format!("at {}", pins.join(" "))));
         }
     }
     for (n, pin) in map.pins.iter().enumerate() {
         if !symbols.iter().any(|s| s.name == pin.name && matches!(s.kind, SymbolKind::Input | SymbolKind::Output)) {
-            differences.push(Deviation::new(
+            deviations.push(Deviation::new(
                 "pins for inputs and outputs only".to_owned(),
                 format!("{} for `{}`", pin.pin, pin.name),
             ));
         }
         let earlier = map.pins.iter().take(n).find(|p| p.pin.eq_ignore_ascii_case(&pin.pin) && p.name != pin.name);
         if let Some(other) = earlier {
-            differences.push(Deviation::new(
+            deviations.push(Deviation::new(
                 format!("a pin of its own for {}", pin.name),
                 format!("{} as {}", pin.pin, other.name),
             ));
@@ -261,7 +262,7 @@ pub(crate) fn requested_pin<'a>(
         return Some(pin);
     }
     let micro = program.settings.micro.as_deref()?;
-    let named = find_chip(ladder::chip_of(micro)?)?;
+    let named = find_chip_with_package(ladder::chip_of(micro)?)?;
     let entry = program.io.iter().rfind(|e| e.name == name && e.pin != 0)?;
     ladder::package_pin(micro, entry.pin).filter(|_| named.pins == chip.pins)
 }

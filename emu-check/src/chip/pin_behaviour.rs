@@ -76,7 +76,7 @@ pub(crate) fn check_pins<C: CheckedChip>(
             ));
         }
     }
-    for &pin in &places.unnamed_pins {
+    for &pin in &places.undriven_pins {
         let Some(PinBehaviour { pull_up, .. }) = places.pin_behaviour(pin) else { continue };
         let name = places.pin_name(pin);
         checked += 1;
@@ -130,7 +130,7 @@ mod tests {
     use emu_core::rng::Rng;
 
     use super::*;
-    use crate::chip::families::{MachineVisitor, find_chip, unnamed_pins, visit_machines};
+    use crate::chip::families::{MachineVisitor, find_chip_with_package, unnamed_pins, visit_machines};
 
     /// Machines with random register contents; each pin is driven both on the machine and on a copy of its
     /// wire.
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn a_copy_of_a_wire_behaves_as_the_wire() {
         for mcu in ["atmega328p", "atmega8", "atmega162", "at89s52", "pic16f873", "pic16f88", "pic16f628"] {
-            let chip = find_chip(mcu).expect(mcu);
+            let chip = find_chip_with_package(mcu).expect(mcu);
             visit_machines(chip, &Image::default(), chip.default_hz, WireCheck(chip));
         }
     }

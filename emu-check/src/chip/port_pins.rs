@@ -77,8 +77,8 @@ impl PortPins {
     }
 }
 
-/// True for a symbol whose value the registers of ports share with another symbol, which a tool that writes
-/// memory would have to write too.
+/// Returns true if a port register shares the value of this symbol with another symbol. A tool that writes
+/// one of them in memory must write the other too.
 pub(crate) fn is_shared(program: &LadderProgram, name: &str) -> bool {
     let latch = PortRegister::from_name(name).filter(|register| register.kind == RegisterKind::Latch);
     let shared = registers::shared_pins(program);

@@ -54,9 +54,9 @@ pub(crate) struct ProgramPlaces {
     /// Ports whose registers the program names.
     pub ports: Vec<PortPins>,
     /// Pins that the program does not name and the chip must not drive.
-    pub unnamed_pins: Vec<PinId>,
+    pub undriven_pins: Vec<PinId>,
     /// Pins that the program does not name and the board may drive.
-    pub spare_pins: Vec<PinId>,
+    pub drivable_pins: Vec<PinId>,
     chip: &'static Chip,
     /// Bytes per program word.
     pub word_bytes: u32,
@@ -129,8 +129,8 @@ impl ProgramPlaces {
             inputs,
             peripherals,
             ports,
-            unnamed_pins: unnamed.undriven,
-            spare_pins: unnamed.drivable,
+            undriven_pins: unnamed.undriven,
+            drivable_pins: unnamed.drivable,
             chip,
             word_bytes: chip.word_bytes.max(1),
         })
@@ -146,8 +146,8 @@ impl ProgramPlaces {
         families::pin_behaviour(self.chip, pin)
     }
 
-    /// True for AP101, which itself repeats the program with a fixed period and latches inputs before the
-    /// first instruction of a scan: it needs neither a timer nor a polling loop.
+    /// Returns true for AP101, which itself repeats the program with a fixed period and latches inputs before
+    /// the first instruction of a scan: it needs neither a timer nor a polling loop.
     pub(crate) fn is_self_paced(&self) -> bool {
         self.chip.is_bit_controller()
     }
@@ -157,12 +157,12 @@ impl ProgramPlaces {
         self.chip.pin("POWER").filter(|_| self.is_self_paced())
     }
 
-    /// True if the program word `pc` is a point of the scan.
+    /// Returns true if the program word `pc` is a point of the scan.
     pub(crate) fn is_scan_point(&self, pc: u32) -> bool {
         [Some(self.timer_start), Some(self.scan_start), self.first_rung, Some(self.scan_end)].contains(&Some(pc))
     }
 
-    /// Number of output channels of a controller.
+    /// Returns the number of output channels of an AP101 that the configuration uses.
     pub(crate) fn output_channels<C: Cpu>(&self, cpu: &C) -> u64 {
         let output = |pin: &PinId| self.pin_name(*pin).starts_with('E') && cpu.has_pin(*pin);
         (0..self.chip.pins.len() as PinId).filter(output).count() as u64

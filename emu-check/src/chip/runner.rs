@@ -52,8 +52,8 @@ pub(crate) struct ChipRunner<'a, C> {
     timer_start: Option<u64>,
     /// Periods since `timer_start`.
     periods: u64,
-    /// Depth of the stack at the start of the first scan.
-    first_stack_depth: Option<u32>,
+    /// Stack pointer at the start of the first scan.
+    first_stack_pointer: Option<u32>,
     /// True if the chip stops at the start of each rung.
     times_rungs: bool,
     /// Rungs of this scan with the cycle at which each started; empty unless rungs are timed.
@@ -82,7 +82,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
             listener: PinListener::new(&places.peripherals),
             timer_start: None,
             periods: 0,
-            first_stack_depth: None,
+            first_stack_pointer: None,
             times_rungs: false,
             rung_marks: Vec::new(),
         };
@@ -118,16 +118,16 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         let mut cpu = self.cpu.clone();
         let before = cpu.cycle();
         cpu.step(&mut ());
-        // A self-paced controller then processes its output channels, one cycle each.
+        // A self-paced machine then processes its output channels, one cycle each.
         let outputs = if self.places.is_self_paced() { self.places.output_channels(&cpu) } else { 0 };
         cpu.cycle() - before + outputs
     }
 
-    /// Drives the pins that the program does not name, in the current cycle; bit n is the level of the n-th
-    /// pin.
-    pub(crate) fn drive_spare(&mut self, levels: u32) {
+    /// Drives the pins that the program does not name and the board may drive, in the current cycle; bit n is
+    /// the level of the n-th pin.
+    pub(crate) fn drive_unnamed_pins(&mut self, levels: u32) {
         let now = CycleTime::at(self.cpu.cycle());
-        for (n, &pin) in (0..).zip(&self.places.spare_pins) {
+        for (n, &pin) in (0..).zip(&self.places.drivable_pins) {
             self.cpu.drive(now, pin, PinLevel::from_bit(levels.checked_shr(n).unwrap_or(0) & 1 == 1));
         }
     }
@@ -213,13 +213,13 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
 
     /// At the start of a scan: the stack pointer, if it is not the one of the first scan.
     pub(crate) fn stack_change(&mut self) -> Option<StackChange> {
-        let now = CheckedChip::stack_depth(&self.cpu)?;
-        let first = *self.first_stack_depth.get_or_insert(now);
+        let now = self.cpu.stack_pointer()?;
+        let first = *self.first_stack_pointer.get_or_insert(now);
         (first != now).then_some(StackChange { first, now })
     }
 
-    /// Runs the chip until `until`. A settled controller halts when no event is due, so its supply pin gets
-    /// an event at `until` to let time pass.
+    /// Runs the chip until the machine cycle `until`. A settled AP101 halts when no event is due, so its
+    /// supply pin gets an event at `until` to let time pass.
     fn run_until(&mut self, until: u64) -> StopReason {
         loop {
             let stop = match &mut self.listener {

@@ -42,30 +42,30 @@ struct RunTotals {
 #[derive(Default)]
 struct CurrentRun {
     ram_seed: u64,
-    steps: Vec<ScanStimulus>,
+    stimuli: Vec<ScanStimulus>,
 }
 
-/// Checks `compiled` on a bench. `disagreements` are the deviations of the map.
+/// Checks `compiled` on a test bench. `map_deviations` are the deviations of the map from the program.
 pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
     program: &LadderProgram,
     compiled: &CompiledProgram,
     options: &CheckOptions,
     bench: &TestBench<'a, C, F>,
-    disagreements: Vec<Deviation>,
+    map_deviations: Vec<Deviation>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> CheckReport {
     let mut goals = CoverageGoals::new(program, bench.eval);
-    let mut stimulus = StimulusGenerator::new(options.seed, BoundaryGoals::new(program, bench.eval));
+    let mut generator = StimulusGenerator::new(options.seed, BoundaryGoals::new(program, bench.eval));
     let mut totals = RunTotals { rungs: vec![None; compiled.map.rungs.len()], ..RunTotals::default() };
     let mut run = CurrentRun::default();
     let mut pair: Option<LockstepPair<'a, C>> = None;
     let mut mismatch = None;
-    if !disagreements.is_empty() {
+    if !map_deviations.is_empty() {
         // A map that disagrees with the program is a difference before anything runs; it is reported as scan
         // 1.
         (totals.scans, totals.runs) = (1, 1);
-        run.steps.push(ScanStimulus::default());
-        let (wanted, found): (Vec<_>, Vec<_>) = disagreements.into_iter().map(|d| (d.expected, d.found)).unzip();
+        run.stimuli.push(ScanStimulus::default());
+        let (wanted, found): (Vec<_>, Vec<_>) = map_deviations.into_iter().map(|d| (d.expected, d.found)).unzip();
         mismatch = Some(Mismatch::of_text(DifferenceKind::Map, 0, wanted.join("; "), found.join("; ")));
     }
     while totals.scans < options.scans && mismatch.is_none() {
@@ -73,22 +73,22 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
             progress(totals.scans, options.scans);
         }
         totals.scans += 1;
-        if let Some(ram_seed) = stimulus.begin_run(bench.hints) {
-            run = CurrentRun { ram_seed, steps: Vec::new() };
+        if let Some(ram_seed) = generator.begin_run(bench.stimulus_symbols) {
+            run = CurrentRun { ram_seed, stimuli: Vec::new() };
             totals.runs += 1;
             match LockstepPair::start(bench, ram_seed) {
                 Ok(new_pair) => pair = Some(new_pair),
                 Err(found) => {
-                    run.steps.push(ScanStimulus::default());
+                    run.stimuli.push(ScanStimulus::default());
                     mismatch = Some(found);
                     break;
                 }
             }
         }
         let Some(pair) = &mut pair else { break };
-        let step = stimulus.next_stimulus(bench.hints, &pair.eval, &goals);
-        let scanned = pair.scan(&step);
-        run.steps.push(step);
+        let stimulus = generator.next_stimulus(bench.stimulus_symbols, &pair.eval, &goals);
+        let scanned = pair.scan(&stimulus);
+        run.stimuli.push(stimulus);
         match scanned {
             Ok(matched) => {
                 goals.mark_reached(&matched.evaluated);
@@ -154,7 +154,7 @@ pub(crate) fn not_covered_note(program: &LadderProgram, coverage: &LadderCoverag
     (!coverage.full).then(note)
 }
 
-/// Describes a mismatch in the last step of `run`: the element to blame, the values, and the smallest
+/// Describes a mismatch in the last scan of `run`: the element to blame, the values, and the smallest
 /// stimulus that shows it.
 fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     program: &LadderProgram,
@@ -165,9 +165,9 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     run: CurrentRun,
     mismatch: &Mismatch,
 ) -> CheckDifference {
-    let scan_of_run = run.steps.len() as u64;
+    let scan_of_run = run.stimuli.len() as u64;
     let (element, first_differing) = if options.explain {
-        find_faulty_element(bench, (program, &compiled.map), (run.ram_seed, &run.steps), mismatch)
+        find_faulty_element(bench, (program, &compiled.map), (run.ram_seed, &run.stimuli), mismatch)
     } else {
         (None, mismatch.differing.first().copied())
     };
@@ -185,7 +185,7 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     let smallest = match mismatch.kind {
         DifferenceKind::Map => Vec::new(),
         _ if !options.explain => Vec::new(),
-        _ => shrink_stimulus(bench, run.ram_seed, run.steps, mismatch),
+        _ => shrink_stimulus(bench, run.ram_seed, run.stimuli, mismatch),
     };
     CheckDifference {
         code: mismatch.kind.code(),
@@ -202,7 +202,7 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
         element_text,
         differing,
         replay: replay_command(program, options, totals.scans),
-        smallest: smallest.iter().zip(1..).map(|(step, scan)| stimulus_text(bench, step, scan)).collect(),
+        smallest: smallest.iter().zip(1..).map(|(stimulus, scan)| stimulus_text(bench, stimulus, scan)).collect(),
     }
 }
 
@@ -241,25 +241,30 @@ pub(crate) fn shell_quote(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 
-/// One step as text: `scan 3: Xa=1 Xb=0, inverted after latching: Xa; written Tx=49`.
+/// The stimulus of one scan as text: `scan 3: Xa=1 Xb=0, inverted after latching: Xa; written Tx=49`.
 fn stimulus_text<C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'_, C, F>,
-    step: &ScanStimulus,
+    stimulus: &ScanStimulus,
     scan: usize,
 ) -> String {
     let name = |symbol: &usize| bench.eval.symbols().get(*symbol).map_or("?", |s| s.name.as_str());
-    let inputs = bench.hints.inputs.iter().map(name);
+    let inputs = bench.stimulus_symbols.inputs.iter().map(name);
     let levels: Vec<String> =
-        inputs.clone().zip(&step.inputs).map(|(name, on)| format!("{name}={}", u8::from(*on))).collect();
-    let flips: Vec<&str> = inputs.zip(&step.flips).filter(|(_, flip)| **flip).map(|(name, _)| name).collect();
-    let writes: Vec<String> = step.writes.iter().map(|(symbol, value)| format!("{}={value}", name(symbol))).collect();
+        inputs.clone().zip(&stimulus.inputs).map(|(name, on)| format!("{name}={}", u8::from(*on))).collect();
+    let flips: Vec<&str> = inputs.zip(&stimulus.flips).filter(|(_, flip)| **flip).map(|(name, _)| name).collect();
+    let writes: Vec<String> =
+        stimulus.writes.iter().map(|(symbol, value)| format!("{}={value}", name(symbol))).collect();
     let mut line = format!("scan {scan}:");
     line += &if levels.is_empty() { String::new() } else { format!(" {}", levels.join(" ")) };
     line += &if flips.is_empty() { String::new() } else { format!(", inverted after latching: {}", flips.join(" ")) };
-    let spare =
-        bench.places.spare_pins.iter().zip(0..).filter(|(_, n)| step.spare.checked_shr(*n).unwrap_or(0) & 1 == 1);
-    let spare: Vec<&str> = spare.map(|(&pin, _)| bench.places.pin_name(pin)).collect();
-    line += &if spare.is_empty() { String::new() } else { format!("; unnamed and high {}", spare.join(" ")) };
+    let high_pins = bench
+        .places
+        .drivable_pins
+        .iter()
+        .zip(0..)
+        .filter(|(_, n)| stimulus.drivable_levels.checked_shr(*n).unwrap_or(0) & 1 == 1);
+    let high_pins: Vec<&str> = high_pins.map(|(&pin, _)| bench.places.pin_name(pin)).collect();
+    line += &if high_pins.is_empty() { String::new() } else { format!("; unnamed and high {}", high_pins.join(" ")) };
     line += &if writes.is_empty() { String::new() } else { format!("; written {}", writes.join(" ")) };
     line
 }

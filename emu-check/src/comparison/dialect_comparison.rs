@@ -13,7 +13,7 @@ use ladder_eval::{Evaluator, UnsupportedElement};
 use crate::coverage::goals::CoverageGoals;
 use crate::stimulus::boundary_goals::BoundaryGoals;
 use crate::stimulus::generator::{ScanStimulus, StimulusGenerator};
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
 /// The long run after each round, in which inputs may keep a level for long, has the number of all scans
 /// divided by this.
@@ -75,17 +75,17 @@ struct DialectPair<'a> {
     /// For each symbol of `before` that `after` has too: name, and index in both.
     symbols: Vec<(&'a str, usize, usize)>,
     /// The inputs of `before`, and those of `after` in the same order.
-    hints: &'a ValueHints,
-    hints_after: &'a ValueHints,
+    stimulus_symbols: &'a StimulusSymbols,
+    symbols_after: &'a StimulusSymbols,
     before: Evaluator,
     after: Evaluator,
 }
 
 impl DialectPair<'_> {
     /// Executes one scan in both dialects.
-    fn scan(&mut self, step: &ScanStimulus) {
-        step.apply_immediately(self.hints, &mut self.before);
-        step.apply_immediately(self.hints_after, &mut self.after);
+    fn scan(&mut self, stimulus: &ScanStimulus) {
+        stimulus.apply_immediately(self.stimulus_symbols, &mut self.before);
+        stimulus.apply_immediately(self.symbols_after, &mut self.after);
         self.before.scan();
         self.after.scan();
     }
@@ -113,9 +113,10 @@ pub fn compare_dialects(
     seed: u64,
 ) -> Result<DialectComparison, UnsupportedElement> {
     let (eval_before, eval_after) = (Evaluator::new(before)?, Evaluator::new(after)?);
-    let (mut hints, hints_after) = (ValueHints::new(before, &eval_before), ValueHints::new(after, &eval_after));
+    let (mut stimulus_symbols, symbols_after) =
+        (StimulusSymbols::new(before, &eval_before), StimulusSymbols::new(after, &eval_after));
     // Only what a user can do from outside: nothing is written.
-    hints.writable.fill(false);
+    stimulus_symbols.writable.fill(false);
     let goals = CoverageGoals::new(before, &eval_before);
     let long = usize::try_from(scans / LONG_RUN_DIVISOR).unwrap_or(usize::MAX);
     let mut generator = StimulusGenerator::with_long_runs(seed, BoundaryGoals::new(before, &eval_before), long);
@@ -126,29 +127,35 @@ pub fn compare_dialects(
         .collect();
     let mut pair = DialectPair {
         symbols,
-        hints: &hints,
-        hints_after: &hints_after,
+        stimulus_symbols: &stimulus_symbols,
+        symbols_after: &symbols_after,
         before: eval_before.clone(),
         after: eval_after.clone(),
     };
-    let inputs = hints.inputs.iter().chain(&hints.analog).map(|&symbol| names[symbol].name.clone()).collect();
+    let inputs = stimulus_symbols
+        .inputs
+        .iter()
+        .chain(&stimulus_symbols.analog)
+        .map(|&symbol| names[symbol].name.clone())
+        .collect();
     let mut result = DialectComparison { scans, inputs, ..DialectComparison::default() };
     let (mut rows, mut scan) = (Vec::new(), 0);
     for _ in 0..scans {
-        if generator.begin_run(&hints).is_some() {
+        if generator.begin_run(&stimulus_symbols).is_some() {
             (pair.before, pair.after) = (eval_before.clone(), eval_after.clone());
             rows.clear();
             (result.runs, scan) = (result.runs + 1, 0);
         }
-        let mut step = generator.next_stimulus(&hints, &pair.before, &goals);
-        step.writes.clear();
+        let mut stimulus = generator.next_stimulus(&stimulus_symbols, &pair.before, &goals);
+        stimulus.writes.clear();
         let first = result.differences.first().map_or(u64::MAX, |known| known.scan);
         scan += 1;
         if scan < first {
-            let values = step.inputs.iter().map(|on| i32::from(*on)).chain(step.analog.iter().map(|v| i32::from(*v)));
-            rows.push(InputRow { values: values.collect(), byte: step.byte });
+            let values =
+                stimulus.inputs.iter().map(|on| i32::from(*on)).chain(stimulus.analog.iter().map(|v| i32::from(*v)));
+            rows.push(InputRow { values: values.collect(), byte: stimulus.byte });
         }
-        pair.scan(&step);
+        pair.scan(&stimulus);
         let mut found = false;
         for (name, before, after) in pair.differing() {
             found = true;

@@ -11,11 +11,11 @@ use crate::report::check_report::DifferenceKind;
 use crate::stimulus::generator::ScanStimulus;
 
 /// Finds the first element in execution order whose result differs, and the symbol that shows it. The last of
-/// `steps` is the scan that differs.
+/// `stimuli` is the scan that differs.
 pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'_, C, F>,
     (program, map): (&LadderProgram, &ImageMap),
-    (ram_seed, steps): (u64, &[ScanStimulus]),
+    (ram_seed, stimuli): (u64, &[ScanStimulus]),
     mismatch: &Mismatch,
 ) -> (Option<ElementId>, Option<DifferingSymbol>) {
     if mismatch.kind == DifferenceKind::Stop {
@@ -42,7 +42,7 @@ pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
     if !matches!(mismatch.kind, DifferenceKind::Symbol | DifferenceKind::Pin) {
         return (None, first);
     }
-    let Some((evaluated, stops)) = step_through_elements(bench, map, ram_seed, steps, mismatch) else {
+    let Some((evaluated, stops)) = step_through_elements(bench, map, ram_seed, stimuli, mismatch) else {
         return (None, first);
     };
     let suspects = mismatch.differing.iter().enumerate().map(|(n, &differing)| {
@@ -69,13 +69,13 @@ fn step_through_elements<C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'_, C, F>,
     map: &ImageMap,
     ram_seed: u64,
-    steps: &[ScanStimulus],
+    stimuli: &[ScanStimulus],
     mismatch: &Mismatch,
 ) -> Option<(EvaluatedScan, ElementStops)> {
-    let (last, before) = steps.split_last()?;
+    let (last, before) = stimuli.split_last()?;
     let mut pair = LockstepPair::start(bench, ram_seed).ok()?;
-    for step in before {
-        pair.scan(step).ok()?;
+    for stimulus in before {
+        pair.scan(stimulus).ok()?;
     }
     pair.begin_scan(last).ok()?;
     let evaluated = EvaluatedScan::run(&mut pair.eval);

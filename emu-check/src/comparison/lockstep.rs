@@ -14,16 +14,17 @@ use crate::comparison::peripheral_lines::{PeripheralLines, compare_buses};
 use crate::coverage::goals::EvaluatedScan;
 use crate::report::check_report::DifferenceKind;
 use crate::stimulus::generator::ScanStimulus;
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
-/// From what a [`LockstepPair`] is made: a source of powered-up chips, and the evaluator at power-up.
+/// The parts from which a [`LockstepPair`] is made: a source of powered-up chips, and the evaluator at
+/// power-up.
 pub(crate) struct TestBench<'a, C, F: Fn(u64) -> C> {
     /// Makes a chip in its power-up state with the image loaded and RAM contents from the given seed.
     pub power_up: F,
     /// Where the program's symbols are on the chip.
     pub places: &'a ProgramPlaces,
-    /// Values at which the program behaves differently.
-    pub hints: &'a ValueHints,
+    /// The symbols that the stimulus sets.
+    pub stimulus_symbols: &'a StimulusSymbols,
     /// Machine cycles of the longest scan, as computed by the compiler.
     pub worst_scan_cycles: u64,
     /// Whether the rungs are timed.
@@ -75,7 +76,7 @@ impl Mismatch {
         Mismatch::of_text(what, cycle, deviation.expected, deviation.found)
     }
 
-    /// True if both mismatches are of the same kind and concern the same symbols or pin.
+    /// Returns true if both mismatches are of the same kind and concern the same symbols or pin.
     pub(crate) fn is_same_kind(&self, other: &Mismatch) -> bool {
         let symbols = |m: &Mismatch| m.differing.iter().map(|d| d.symbol).collect::<Vec<_>>();
         let same_pin = self.kind != DifferenceKind::Pin || self.expected == other.expected;
@@ -104,7 +105,7 @@ pub(crate) struct LockstepPair<'a, C> {
     /// The evaluator.
     pub eval: Evaluator,
     places: &'a ProgramPlaces,
-    hints: &'a ValueHints,
+    stimulus_symbols: &'a StimulusSymbols,
     /// The bytes in flight and the peripherals.
     pub lines: PeripheralLines,
     /// No scan has begun since power-up.
@@ -126,7 +127,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         ram_seed: u64,
         cells: impl IntoIterator<Item = u8>,
     ) -> Result<Self, Mismatch> {
-        let (places, hints) = (bench.places, bench.hints);
+        let (places, stimulus_symbols) = (bench.places, bench.stimulus_symbols);
         let (mut cpu, mut eval) = ((bench.power_up)(ram_seed), bench.eval.clone());
         for (addr, byte) in (0..).zip(cells) {
             cpu.poke("eeprom", addr, byte);
@@ -140,7 +141,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
             runner,
             eval,
             places,
-            hints,
+            stimulus_symbols,
             lines: PeripheralLines::new(places, bench.worst_scan_cycles),
             is_first_scan: true,
             worst_scan_cycles: bench.worst_scan_cycles,
@@ -149,12 +150,12 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
     }
 
     /// Drives the inputs, runs the chip to the start of the next scan, checks the time of the start and the
-    /// state that the last scan left, and applies the inputs and writes of `step` to both sides. Returns the
-    /// number of values compared.
-    pub(crate) fn begin_scan(&mut self, step: &ScanStimulus) -> Result<u64, Mismatch> {
-        self.runner.drive_inputs(step.inputs.iter().copied());
-        self.runner.drive_spare(step.spare);
-        self.lines.prepare_scan(&mut self.runner, &self.eval, step);
+    /// state that the last scan left, and applies the inputs and writes of `stimulus` to both sides. Returns
+    /// the number of values compared.
+    pub(crate) fn begin_scan(&mut self, stimulus: &ScanStimulus) -> Result<u64, Mismatch> {
+        self.runner.drive_inputs(stimulus.inputs.iter().copied());
+        self.runner.drive_unnamed_pins(stimulus.drivable_levels);
+        self.lines.prepare_scan(&mut self.runner, &self.eval, stimulus);
         self.runner.reach_start().map_err(|a| lost_sync_mismatch(&a, self.places))?;
         let cycle = self.runner.cpu.cycle();
         let (window, at) = (self.runner.start_window(), self.runner.cycles_since_start());
@@ -166,47 +167,52 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
             let (expected, found) = (format!("0x{first:04X}"), format!("0x{now:04X}"));
             return Err(Mismatch::of_text(DifferenceKind::Stack, cycle, expected, found));
         }
-        let mut compared = 2 + self.compare_pins()? + self.lines.deliver(&mut self.runner, &mut self.eval)?;
-        let mut step = step.clone();
+        let mut compared = 2 + self.compare_pins()? + self.lines.begin_scan(&mut self.runner, &mut self.eval)?;
+        let mut stimulus = stimulus.clone();
         if self.is_first_scan {
             self.is_first_scan = false;
-            // In ldmicro-5 a TOF has its preset at power-up; its module of AP101 takes it when it is first
-            // executed, whatever it held before. All other timers start at 0. Nor has AP101 code before the
-            // first scan, so that scan sets a BOOL that begins with TRUE.
+            // AP101 has no code before the first scan. So that scan sets two kinds of values, which are not
+            // compared before it: the preset of a TOF in dialect ldmicro-5, and a BOOL that begins with TRUE.
             let (symbols, eval) = (self.eval.symbols(), &self.eval);
             let is_late = |symbol: &usize| {
                 self.places.is_self_paced()
                     && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer || s.kind.is_bit())
                     && eval.get(*symbol) != 0
             };
-            step.writes.retain(|(symbol, _)| !is_late(symbol));
-            let all = self.hints.bits.iter().chain(&self.hints.integers).copied().filter(|symbol| !is_late(symbol));
-            compared += self.compare_symbols(DifferenceKind::Reset, all)? + self.compare_wiring(true)?;
+            stimulus.writes.retain(|(symbol, _)| !is_late(symbol));
+            let all = self
+                .stimulus_symbols
+                .bits
+                .iter()
+                .chain(&self.stimulus_symbols.integers)
+                .copied()
+                .filter(|symbol| !is_late(symbol));
+            compared += self.compare_symbols(DifferenceKind::Reset, all)? + self.check_pin_behaviour(true)?;
         }
         self.lines.choose_answer(&mut self.runner, &mut self.eval);
-        step.apply(self.hints, &mut self.eval);
-        for &(symbol, value) in &step.writes {
+        stimulus.apply(self.stimulus_symbols, &mut self.eval);
+        for &(symbol, value) in &stimulus.writes {
             self.places.write_symbol(&mut self.runner.cpu, symbol, value);
         }
         Ok(compared)
     }
 
     /// Runs one whole scan on both sides and compares them.
-    pub(crate) fn scan(&mut self, step: &ScanStimulus) -> Result<MatchedScan, Mismatch> {
+    pub(crate) fn scan(&mut self, stimulus: &ScanStimulus) -> Result<MatchedScan, Mismatch> {
         let is_first_scan = self.is_first_scan;
-        let mut compared = self.begin_scan(step)?;
+        let mut compared = self.begin_scan(stimulus)?;
         let start = self.runner.cpu.cycle();
         let evaluated = EvaluatedScan::run(&mut self.eval);
         self.lines.note_evaluated_scan(&mut self.runner, &self.eval);
         let to_mismatch = |a: LostSync| lost_sync_mismatch(&a, self.places);
         // A self-paced machine latches its inputs before the first instruction.
         if self.runner.reach_rungs().map_err(to_mismatch)? || self.places.is_self_paced() {
-            self.flip_inputs(step);
+            self.flip_inputs(stimulus);
         }
         self.runner.reach_end().map_err(to_mismatch)?;
         compared += self.compare_symbols(DifferenceKind::Symbol, 0..self.eval.symbols().len())?
             + self.compare_pins()?
-            + self.compare_wiring(is_first_scan)?;
+            + self.check_pin_behaviour(is_first_scan)?;
         compared += self.lines.compare_sent(&mut self.runner)? + compare_buses(&mut self.runner, &self.eval)?;
         let end = self.runner.cpu.cycle();
         let cycles = end - start + *self.tail_cycles.get_or_insert_with(|| self.runner.tail_cycles());
@@ -217,10 +223,11 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         Ok(MatchedScan { compared, cycles, rungs: self.runner.rung_times().collect(), evaluated })
     }
 
-    /// Inverts the inputs that `step` flips; the program has latched them already.
-    pub(crate) fn flip_inputs(&mut self, step: &ScanStimulus) {
-        if !step.flips.is_empty() {
-            self.runner.drive_after_latch(step.inputs.iter().zip(&step.flips).map(|(level, flip)| level ^ flip));
+    /// Inverts the inputs that `stimulus` flips; the program has latched them already.
+    pub(crate) fn flip_inputs(&mut self, stimulus: &ScanStimulus) {
+        if !stimulus.flips.is_empty() {
+            self.runner
+                .drive_after_latch(stimulus.inputs.iter().zip(&stimulus.flips).map(|(level, flip)| level ^ flip));
         }
     }
 
@@ -241,10 +248,11 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         }
     }
 
-    /// Checks how the chip's pins behave when nothing outside drives them. With `drive_machine`, a copy of
-    /// the whole machine is driven instead of copies of its wires: peripherals that react to an edge are
-    /// enabled by the code before or in the first scan.
-    fn compare_wiring(&self, drive_machine: bool) -> Result<u64, Mismatch> {
+    /// Checks pull-ups and drivers of the chip's pins: drives each pin from outside and reads its level
+    /// ([`pin_behaviour::check_pins`]). With `drive_machine`, a copy of the whole machine is driven instead
+    /// of copies of its wires: peripherals that react to an edge are enabled by the code before or in the
+    /// first scan.
+    fn check_pin_behaviour(&self, drive_machine: bool) -> Result<u64, Mismatch> {
         pin_behaviour::check_pins(&self.runner.cpu, self.places, drive_machine)
             .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pin, self.runner.cpu.cycle(), deviation))
     }
@@ -299,8 +307,8 @@ fn lost_sync_mismatch(lost_sync: &LostSync, places: &ProgramPlaces) -> Mismatch 
         StopReason::Halted => format!("the chip has halted at {}", at(lost_sync.pc)),
         StopReason::Error(error) => describe_error(error, at),
         StopReason::Breakpoint { pc } => {
-            let point = points.into_iter().find(|p| places.point_word(*p) == Some(pc)).map_or("a trap", name);
-            format!("{point}, at {}", at(pc))
+            let point = points.into_iter().find(|p| places.point_word(*p) == Some(pc));
+            format!("{}, at {}", point.map_or("a place outside the sequence", name), at(pc))
         }
         StopReason::Probe => "a stop without a request".to_owned(),
     };
@@ -310,18 +318,18 @@ fn lost_sync_mismatch(lost_sync: &LostSync, places: &ProgramPlaces) -> Mismatch 
     mismatch
 }
 
-/// Runs `steps` from reset. Returns the first mismatch and its scan, from 1; a mismatch before the first scan
-/// is reported as scan 1.
+/// Runs `stimuli` from reset. Returns the first mismatch and its scan, from 1; a mismatch before the first
+/// scan is reported as scan 1.
 pub(crate) fn replay<'a, C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'a, C, F>,
     ram_seed: u64,
-    steps: &[ScanStimulus],
+    stimuli: &[ScanStimulus],
 ) -> Option<(usize, Mismatch)> {
     let mut pair = match LockstepPair::start(bench, ram_seed) {
         Ok(pair) => pair,
         Err(mismatch) => return Some((1, mismatch)),
     };
-    steps.iter().zip(1..).find_map(|(step, scan)| pair.scan(step).err().map(|mismatch| (scan, mismatch)))
+    stimuli.iter().zip(1..).find_map(|(stimulus, scan)| pair.scan(stimulus).err().map(|mismatch| (scan, mismatch)))
 }
 
 /// Describes why a program cannot continue; `at` formats a program word address.

@@ -28,16 +28,16 @@ struct AwaitedByte {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PeripheralLines {
     awaited: VecDeque<AwaitedByte>,
-    /// A byte that is being received: the scan (from 1) before which it is complete, and the byte.
+    /// A byte on its way to the chip: the scan (from 1) before which it is complete, and the byte.
     incoming: Option<(u64, u8)>,
     /// The end of the last byte that was sent.
     line_free_at: u64,
     /// Clocks of the longest scan, including the wait for its timer match.
     longest_scan_clocks: u64,
-    /// Number of scans by which received bytes are delayed beyond the earliest possible scan.
-    pub delay: u64,
+    /// Number of scans by which bytes to the chip are delayed beyond the earliest possible scan.
+    pub delay_scans: u64,
     /// Bytes that the chip has sent, each with the scan that sent it.
-    pub received_bytes: VecDeque<(u64, u8)>,
+    pub sent_bytes: VecDeque<(u64, u8)>,
 }
 
 impl PeripheralLines {
@@ -49,7 +49,7 @@ impl PeripheralLines {
         PeripheralLines { longest_scan_clocks, ..PeripheralLines::default() }
     }
 
-    /// True if a byte to the receiver can begin: none is in flight and none waits to be read.
+    /// Returns true if a byte to the receiver can begin: none is in flight and none waits to be read.
     pub(crate) fn can_begin_byte(&self, eval: &Evaluator) -> bool {
         self.incoming.is_none() && !eval.has_received_byte()
     }
@@ -60,18 +60,18 @@ impl PeripheralLines {
         &mut self,
         runner: &mut ChipRunner<'_, C>,
         eval: &Evaluator,
-        step: &ScanStimulus,
+        stimulus: &ScanStimulus,
     ) {
         let peripherals = &runner.places.peripherals;
-        for (&(_, pin, reference), &value) in peripherals.analog.iter().zip(&step.analog) {
+        for (&(_, pin, reference), &value) in peripherals.analog.iter().zip(&stimulus.analog) {
             peripherals.drive_analog(&mut runner.cpu, (pin, reference), value);
         }
-        let Some(byte) = step.byte.filter(|_| self.can_begin_byte(eval)) else { return };
+        let Some(byte) = stimulus.byte.filter(|_| self.can_begin_byte(eval)) else { return };
         if peripherals.receive.is_none() {
             return;
         }
         let now = peripherals.to_clock(CycleTime::at(runner.cpu.cycle() + 1));
-        let next = runner.scans_started() + 1 + self.delay;
+        let next = runner.scans_started() + 1 + self.delay_scans;
         let starts = |scan: u64| runner.scan_start_cycle(scan).saturating_mul(peripherals.clocks_per_cycle);
         if let Some(ByteArrival { start, scan }) =
             plan_arrival(peripherals.bit_time, now, next, self.longest_scan_clocks, starts)
@@ -81,9 +81,9 @@ impl PeripheralLines {
         }
     }
 
-    /// At the start of a scan: passes a received byte to the evaluator, and compares the PWM output and the
-    /// EEPROM. Returns the number of values compared.
-    pub(crate) fn deliver<C: CheckedChip>(
+    /// At the start of a scan: gives the evaluator the byte that has arrived, then compares the PWM outputs
+    /// and the EEPROM. Returns the number of values compared.
+    pub(crate) fn begin_scan<C: CheckedChip>(
         &mut self,
         runner: &mut ChipRunner<'_, C>,
         eval: &mut Evaluator,
@@ -146,7 +146,7 @@ impl PeripheralLines {
                 return difference(expected, format!("begun in clock {}", frame.start));
             }
             self.line_free_at = frame.start + bit.bit_clocks(BYTE_BITS);
-            self.received_bytes.push_back((awaited.scan, frame.byte));
+            self.sent_bytes.push_back((awaited.scan, frame.byte));
             compared += 1;
         }
         let pin = *pin;

@@ -15,7 +15,7 @@ use crate::coverage::goals::CoverageGoals;
 use crate::report::html_page::ReportEntry;
 use crate::stimulus::boundary_goals::BoundaryGoals;
 use crate::stimulus::generator::StimulusGenerator;
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
 /// Maximum number of scans kept; these are the last ones.
 const MAX_TRACE_SCANS: usize = 2_000;
@@ -65,9 +65,9 @@ pub(crate) fn symbol_trace(entry: &ReportEntry<'_>, scans: u64) -> Option<Symbol
     let pace = ScanPace::new(program, options, chip)?;
     let loaded = image::load_hex(&program.file, compiled.hex.as_bytes(), chip.hex_spaces).ok()?;
     let places = ProgramPlaces::new(program, &compiled.map, chip, &eval, pace).ok()?;
-    let hints = ValueHints::new(program, &eval);
+    let stimulus_symbols = StimulusSymbols::new(program, &eval);
     let worst_scan_cycles = compiled.map.worst_scan_cycles.into();
-    let job = TraceVisitor { program, options, scans, places, hints, eval, worst_scan_cycles };
+    let job = TraceVisitor { program, options, scans, places, stimulus_symbols, eval, worst_scan_cycles };
     Some(visit_machines(chip, &loaded.image, pace.clock_hz, job))
 }
 
@@ -76,7 +76,7 @@ struct TraceVisitor<'a> {
     options: &'a CheckOptions,
     scans: u64,
     places: ProgramPlaces,
-    hints: ValueHints,
+    stimulus_symbols: StimulusSymbols,
     eval: Evaluator,
     worst_scan_cycles: u64,
 }
@@ -85,16 +85,22 @@ impl MachineVisitor for TraceVisitor<'_> {
     type Output = SymbolTrace;
 
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> SymbolTrace {
-        let TraceVisitor { program, options, scans, places, hints, eval, worst_scan_cycles } = self;
-        let bench =
-            TestBench { power_up, places: &places, hints: &hints, worst_scan_cycles, time_rungs: false, eval: &eval };
+        let TraceVisitor { program, options, scans, places, stimulus_symbols, eval, worst_scan_cycles } = self;
+        let bench = TestBench {
+            power_up,
+            places: &places,
+            stimulus_symbols: &stimulus_symbols,
+            worst_scan_cycles,
+            time_rungs: false,
+            eval: &eval,
+        };
         let mut goals = CoverageGoals::new(program, &eval);
-        let mut stimulus = StimulusGenerator::new(options.seed, BoundaryGoals::new(program, &eval));
+        let mut generator = StimulusGenerator::new(options.seed, BoundaryGoals::new(program, &eval));
         let symbols = eval.symbols().iter().map(|symbol| (symbol.name.clone(), symbol.kind.is_bit())).collect();
         let mut trace = SymbolTrace { symbols, rows: VecDeque::new(), differs: false };
         let mut pair: Option<LockstepPair<'_, C>> = None;
         for scan in 1..=scans {
-            let run_seed = stimulus.begin_run(&hints);
+            let run_seed = generator.begin_run(&stimulus_symbols);
             if let Some(seed) = run_seed {
                 match LockstepPair::start(&bench, seed) {
                     Ok(fresh) => pair = Some(fresh),
@@ -102,8 +108,8 @@ impl MachineVisitor for TraceVisitor<'_> {
                 }
             }
             let Some(pair) = &mut pair else { break };
-            let step = stimulus.next_stimulus(&hints, &pair.eval, &goals);
-            let scanned = pair.scan(&step);
+            let stimulus = generator.next_stimulus(&stimulus_symbols, &pair.eval, &goals);
+            let scanned = pair.scan(&stimulus);
             let all = 0..trace.symbols.len();
             let expected = all.clone().map(|symbol| pair.eval.get(symbol)).collect();
             let found = all.map(|symbol| places.read_symbol(&pair.runner.cpu, symbol)).collect();

@@ -10,7 +10,7 @@ use crate::coverage::classes::{CoverageClass, LadderCoverage, MissingOutcome};
 use crate::coverage::possible_outcomes::{self, FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_TRUE};
 use crate::coverage::rules::{OutcomeCondition, WantedOutcome, wanted_outcomes};
 use crate::stimulus::generator::ScanStimulus;
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
 /// One scan of the evaluator: symbol values before and after, and the rung bit at every element in text
 /// order.
@@ -61,7 +61,7 @@ impl EvaluatedScan {
         of(&self.values_after).wrapping_sub(of(&self.values_before))
     }
 
-    /// True if a symbol other than `symbol` has a different value after the two scans.
+    /// Returns true if a symbol other than `symbol` has a different value after the two scans.
     pub(crate) fn differs_elsewhere(&self, other: &EvaluatedScan, symbol: usize) -> bool {
         self.values_after.iter().zip(&other.values_after).enumerate().any(|(n, (a, b))| n != symbol && a != b)
     }
@@ -193,20 +193,25 @@ impl CoverageGoals {
         last
     }
 
-    /// True if a possible goal has not been reached.
+    /// Returns true if a possible goal has not been reached.
     pub(crate) fn has_open_goals(&self) -> bool {
         self.open_goals > 0
     }
 
     /// Number of possible goals that have not been reached.
-    pub(crate) fn remaining(&self) -> usize {
+    pub(crate) fn open_goal_count(&self) -> usize {
         self.open_goals
     }
 
-    /// Number of open goals that a scan with `step` would reach.
-    pub(crate) fn count_gain(&self, eval: &Evaluator, hints: &ValueHints, step: &ScanStimulus) -> usize {
+    /// Number of open goals that a scan with `stimulus` would reach.
+    pub(crate) fn count_gain(
+        &self,
+        eval: &Evaluator,
+        stimulus_symbols: &StimulusSymbols,
+        stimulus: &ScanStimulus,
+    ) -> usize {
         let mut eval = eval.clone();
-        step.apply_immediately(hints, &mut eval);
+        stimulus.apply_immediately(stimulus_symbols, &mut eval);
         let scan = EvaluatedScan::run(&mut eval);
         self.goals.iter().filter(|goal| !goal.reached && self.is_reached(goal, &scan)).count()
     }

@@ -394,7 +394,7 @@ fn math(op: MathOp, a: &[i32], b: &[i32]) -> KnownValues {
     limited_values(a.iter().flat_map(|a| b.iter().map(move |b| i32::from(one(*a, *b)))).collect())
 }
 
-/// Whether a comparison of two values is true.
+/// Returns true if a comparison of two values is true.
 pub(crate) fn comparison_holds(op: CompareOp, a: i32, b: i32) -> bool {
     match op {
         CompareOp::Equ => a == b,

@@ -135,7 +135,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             let c = symbol(counter);
             (CoverageClass::Counters, vec![("steps", IN, Changed(c)), ("rests on a true rung", TRUE_FALSE, Always)])
         }
-        // A single byte that was waited for has gone.
+        // With `wait`, the element waits until its byte is sent, so the line is never busy afterwards.
         Element::UartSend { rest: Some(SerialTransfer { bytes: 1, wait: 1.. }), .. } => {
             (CoverageClass::Serial, vec![("sends", TRUE_FALSE, SentByte), ("rests", FALSE_FALSE, Always)])
         }
@@ -192,7 +192,7 @@ fn index_outcomes(
         .collect()
 }
 
-/// True if a byte on the serial line takes longer than a scan.
+/// Returns true if a byte on the serial line takes longer than a scan.
 fn byte_exceeds_scan(program: &LadderProgram) -> bool {
     let (baud, cycle) = (program.settings.baud.unwrap_or(0), program.settings.cycle_us);
     u128::from(baud) * u128::from(cycle) < 10_000_000

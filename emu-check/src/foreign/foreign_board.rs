@@ -124,20 +124,20 @@ impl ForeignBoard {
             if found.is_none() {
                 fault(match (name, first_pwm) {
                     (Some(name), Some(_)) => format!("the pin of `{name}` on {} is not known", chip.name),
-                    _ => format!("{} has no PWM output that programs use", chip.name),
+                    _ => format!("{} has no PWM output that ladder programs can use", chip.name),
                 });
             }
             pwm.extend(found.map(|pin| (pin, u64::from(output.hertz))));
         }
         if (sends || receives) && uart.is_none() {
-            fault(format!("{} has no serial line that programs use", chip.name));
+            fault(format!("{} has no serial line that ladder programs can use", chip.name));
         }
         let buses = bus_pins(program, chip);
         if program.uses_part(ChipPart::I2c) && buses.i2c.is_none() {
-            fault(format!("{} has no I2C bus that programs use", chip.name));
+            fault(format!("{} has no I2C bus that ladder programs can use", chip.name));
         }
         if program.uses_part(ChipPart::Spi) && buses.spi.is_none() {
-            fault(format!("{} has no SPI bus that programs use", chip.name));
+            fault(format!("{} has no SPI bus that ladder programs can use", chip.name));
         }
         if !faults.is_empty() {
             return Err(faults);

@@ -81,8 +81,9 @@ pub struct ForeignDifference {
 pub struct ForeignFinding {
     /// Diagnostic code of the kind, for `emu explain`.
     pub code: &'static str,
-    /// Description of the finding.
-    pub says: String,
+    /// The finding as one sentence.
+    #[serde(rename = "says")]
+    pub text: String,
 }
 
 /// The time from the start of one scan to the next, measured over the longest run.
@@ -99,7 +100,7 @@ pub struct MeasuredPeriod {
 }
 
 impl MeasuredPeriod {
-    /// True if the mean period is less than nine tenths of CYCLE.
+    /// Returns true if the mean period is less than nine tenths of CYCLE.
     pub(crate) fn is_much_too_short(&self) -> bool {
         self.periods > 1 && self.mean_clocks < self.wanted_clocks * 0.9
     }
@@ -126,15 +127,15 @@ impl MeasuredPeriod {
                 true => (self.mean_clocks - self.wanted_clocks, "long"),
                 false => (self.wanted_clocks - self.mean_clocks, "short"),
             };
-            let says = format!(
-                "scans come every {:.2} clocks, CYCLE asks for {:.2}: {each:.2} clocks too {way}, {:.0} in a million \
+            let text = format!(
+                "a scan starts every {:.2} clocks; CYCLE requires {:.2}: {each:.2} clocks too {way}, {:.0} in a million \
                  (mean of {})",
                 self.mean_clocks,
                 self.wanted_clocks,
                 each / self.wanted_clocks * 1e6,
                 count_text(self.periods, "period"),
             );
-            ForeignFinding { code: codes::FINDING_PERIOD, says }
+            ForeignFinding { code: codes::FINDING_PERIOD, text }
         })
     }
 }
@@ -155,7 +156,7 @@ impl ForeignReport {
                 text += &difference.text();
             }
             None => {
-                let verdict = if self.findings.is_empty() { "agrees" } else { "agrees but for what follows" };
+                let verdict = if self.findings.is_empty() { "agrees" } else { "agrees, with findings" };
                 let (scans, runs) = (count_text(self.scans, "scan"), count_text(self.runs, "run"));
                 let compared = count_text(self.compared, "value");
                 _ = writeln!(
@@ -165,8 +166,8 @@ impl ForeignReport {
                 );
             }
         }
-        for ForeignFinding { code, says } in &self.findings {
-            _ = writeln!(text, "finding: {says} [{code}]");
+        for finding in &self.findings {
+            _ = writeln!(text, "finding: {} [{}]", finding.text, finding.code);
         }
         for left in &self.left_out {
             _ = writeln!(text, "not compared: {left}");
@@ -174,7 +175,7 @@ impl ForeignReport {
         if let Some(period) = &self.period {
             _ = writeln!(
                 text,
-                "period: {:.2} clocks on average over {}, CYCLE asks for {:.2}; scan at most {} machine cycles, from 0x{:04X} on",
+                "period: {:.2} clocks on average over {}, CYCLE requires {:.2}; scan at most {} machine cycles, from 0x{:04X} on",
                 period.mean_clocks,
                 count_text(period.periods, "period"),
                 period.wanted_clocks,
@@ -200,7 +201,7 @@ impl ForeignDifference {
             (DifferenceKind::Pwm, None) => "the PWM output".to_owned(),
             (DifferenceKind::Eeprom, None) => "the EEPROM".to_owned(),
             (DifferenceKind::Bus, None) => "a bus".to_owned(),
-            _ => "the course of the program".to_owned(),
+            _ => "the sequence of the scan".to_owned(),
         };
         _ = writeln!(text, "  what      {what} [{}]", self.code);
         _ = writeln!(text, "  expected  {}", self.expected);

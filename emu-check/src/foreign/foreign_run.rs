@@ -15,7 +15,7 @@ use crate::comparison::peripheral_lines::byte_name;
 use crate::coverage::goals::EvaluatedScan;
 use crate::report::check_report::DifferenceKind;
 use crate::stimulus::generator::ScanStimulus;
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
 use super::codes;
 use super::foreign_board::ForeignBoard;
@@ -43,9 +43,10 @@ pub(crate) struct ScanStarts {
 /// Chip and evaluator in one run from reset.
 pub(crate) struct ForeignRun<'a, C> {
     cpu: C,
+    /// The evaluator, in its state after the last scan.
     pub eval: Evaluator,
     board: &'a ForeignBoard,
-    hints: &'a ValueHints,
+    stimulus_symbols: &'a StimulusSymbols,
     scan_loop: ScanLoop,
     listener: LineListener,
     /// The scan starts of this run.
@@ -70,7 +71,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         mut cpu: C,
         eval: &Evaluator,
         board: &'a ForeignBoard,
-        hints: &'a ValueHints,
+        stimulus_symbols: &'a StimulusSymbols,
         scan_loop: ScanLoop,
     ) -> Self {
         let mut eval = eval.clone();
@@ -83,7 +84,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             cpu,
             eval,
             board,
-            hints,
+            stimulus_symbols,
             scan_loop,
             listener: LineListener::new(board),
             starts: ScanStarts::default(),
@@ -104,8 +105,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
 
     /// Applies the external inputs of the next scan while the chip waits, then runs that scan on both sides
     /// until the chip waits again, and compares them.
-    pub(super) fn scan(&mut self, step: &ScanStimulus) -> Result<EvaluatedScan, ForeignMismatch> {
-        self.apply_external(step);
+    pub(super) fn scan(&mut self, stimulus: &ScanStimulus) -> Result<EvaluatedScan, ForeignMismatch> {
+        self.apply_external(stimulus);
         let extra = if self.starts.scans == 0 { MAX_RESET_CYCLES } else { 0 };
         self.run_to(self.scan_loop.start, extra, "the start of the scan")?;
         let at = self.cpu.cycle();
@@ -120,7 +121,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             self.eval.receive(byte);
             self.incoming = None;
         }
-        step.apply(self.hints, &mut self.eval);
+        stimulus.apply(self.stimulus_symbols, &mut self.eval);
         if let Some(devices) = &mut self.listener.buses {
             devices.choose_answer(&mut self.eval);
         }
@@ -141,16 +142,16 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
     }
 
     /// Drives the inputs, and starts a byte to the receiver.
-    fn apply_external(&mut self, step: &ScanStimulus) {
+    fn apply_external(&mut self, stimulus: &ScanStimulus) {
         let peripherals = &self.board.peripherals;
         let now = CycleTime::at(self.cpu.cycle());
-        for (&pin, &level) in self.board.inputs.iter().zip(&step.inputs) {
+        for (&pin, &level) in self.board.inputs.iter().zip(&stimulus.inputs) {
             self.cpu.drive(now, pin, PinLevel::from_bit(level));
         }
-        for (&(_, pin, reference), &value) in peripherals.analog.iter().zip(&step.analog) {
+        for (&(_, pin, reference), &value) in peripherals.analog.iter().zip(&stimulus.analog) {
             peripherals.drive_analog(&mut self.cpu, (pin, reference), value);
         }
-        let Some(byte) = step.byte.filter(|_| self.incoming.is_none() && !self.eval.has_received_byte()) else {
+        let Some(byte) = stimulus.byte.filter(|_| self.incoming.is_none() && !self.eval.has_received_byte()) else {
             return;
         };
         let scans = self.starts.scans;
@@ -184,7 +185,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             if let Some(clock) = rose {
                 let name = self.board.pin_name(pin);
                 let finding = format!("the output {name} goes high in clock {clock}, before the first scan");
-                self.findings.push(ForeignFinding { code: codes::FINDING_GLITCH, says: finding });
+                self.findings.push(ForeignFinding { code: codes::FINDING_GLITCH, text: finding });
             }
         }
         let mut cpu = self.cpu.clone();
@@ -199,7 +200,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             cpu.drive(now, pin, PinLevel::Float);
             if cpu.pin_level(pin) != PinLevel::High {
                 let finding = format!("the input {} floats when nothing drives it", self.board.pin_name(pin));
-                self.findings.push(ForeignFinding { code: codes::FINDING_PULL_UP, says: finding });
+                self.findings.push(ForeignFinding { code: codes::FINDING_PULL_UP, text: finding });
             }
         }
     }
@@ -259,7 +260,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
     fn compare_symbols(&mut self) -> Result<(), ForeignMismatch> {
         let Some(places) = &self.board.places else { return Ok(()) };
         for (symbol, is_timing_dependent) in self.board.timing_dependent.iter().enumerate() {
-            let is_input = self.hints.inputs.contains(&symbol);
+            let is_input = self.stimulus_symbols.inputs.contains(&symbol);
             if *is_timing_dependent || is_input {
                 continue;
             }
@@ -304,12 +305,12 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         if let Some((sent_in_scan, frame)) = self.received_frames.front() {
             if !self.sent {
                 let finding = format!(
-                    "{} in clock {} since power-up, before anything asks for it",
+                    "{} in clock {} since power-up, before any element sends",
                     byte_name(frame.byte),
                     frame.start
                 );
                 if !self.findings.iter().any(|finding| finding.code == codes::FINDING_EARLY_BYTE) {
-                    self.findings.push(ForeignFinding { code: codes::FINDING_EARLY_BYTE, says: finding });
+                    self.findings.push(ForeignFinding { code: codes::FINDING_EARLY_BYTE, text: finding });
                 }
                 return Err(ForeignMismatch::of_text(
                     DifferenceKind::Serial,

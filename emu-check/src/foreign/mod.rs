@@ -20,14 +20,14 @@ use ladder::LadderProgram;
 use ladder_compile::ImageMap;
 use ladder_eval::Evaluator;
 
-use crate::chip::families::{CheckedChip, MachineVisitor, find_chip, visit_machines};
+use crate::chip::families::{CheckedChip, MachineVisitor, find_chip_with_package, visit_machines};
 use crate::chip::map_contract::ScanPace;
 use crate::comparison::check_run;
 use crate::coverage::goals::CoverageGoals;
 use crate::report::check_report::{DifferenceKind, SCHEMA};
 use crate::stimulus::boundary_goals::BoundaryGoals;
 use crate::stimulus::generator::StimulusGenerator;
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 use crate::{CheckError, CheckOptions};
 
 use foreign_board::ForeignBoard;
@@ -71,9 +71,9 @@ impl ForeignMismatch {
     }
 }
 
-/// Every n-th run of the stimulus begins with a reset, with this n; the first three and every long run do
-/// too. The other runs continue from the state before.
-const RUNS_PER_RESET: u64 = 4;
+/// The runs of the stimulus generator are blocks here, because not each of them begins with a reset: the
+/// first three, every fourth and every long one do. The others continue from the state of the block before.
+const BLOCKS_PER_RESET: u64 = 4;
 
 /// Checks a foreign image against its program. All of `options` applies except the number of scans.
 ///
@@ -94,8 +94,8 @@ pub fn check_foreign(
         return Err(error(crate::codes::NOTHING, &program.file, zero, "give --scans 1 or more"));
     }
     let eval = Evaluator::new(program).map_err(|refusal| vec![check_run::unsupported_diagnostic(program, &refusal)])?;
-    let Some(chip) = find_chip(&options.mcu) else {
-        let cause = format!("{} is not a chip on which images of others are checked", options.mcu);
+    let Some(chip) = find_chip_with_package(&options.mcu) else {
+        let cause = format!("images of other compilers cannot be checked on {}", options.mcu);
         return Err(error(codes::NO_FOREIGN, &program.file, cause, "take a chip of the AVR, 8051 or PIC16 family"));
     };
     let Some(pace) = ScanPace::new(program, options, chip) else {
@@ -161,11 +161,11 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         let mut cpu = powered_up(options.seed);
         wire_board(&mut cpu, &board);
         let scan_loop = scan_loop::find_scan_loop(cpu, period)?;
-        let mut hints = ValueHints::new(program, &eval);
+        let mut stimulus_symbols = StimulusSymbols::new(program, &eval);
         // The locations of the symbols in memory are not known, so nothing can be written.
-        hints.writable.fill(false);
+        stimulus_symbols.writable.fill(false);
         let mut goals = CoverageGoals::new(program, &eval);
-        let mut stimulus = StimulusGenerator::with_long_runs(
+        let mut generator = StimulusGenerator::with_long_runs(
             options.seed,
             BoundaryGoals::new(program, &eval),
             long_run_scans(program),
@@ -179,29 +179,30 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         let mut mismatch = None;
         while scans < budget.scans && mismatch.is_none() {
             progress(scans, budget.scans);
-            if let Some(seed) = stimulus.begin_run(&hints) {
+            if let Some(seed) = generator.begin_run(&stimulus_symbols) {
                 blocks += 1;
-                if blocks <= 3 || blocks % RUNS_PER_RESET == 0 || stimulus.is_long() {
+                if blocks <= 3 || blocks % BLOCKS_PER_RESET == 0 || generator.is_long() {
                     runs += 1;
-                    foreign_run = Some(ForeignRun::start(powered_up(seed), &eval, &board, &hints, scan_loop));
+                    foreign_run =
+                        Some(ForeignRun::start(powered_up(seed), &eval, &board, &stimulus_symbols, scan_loop));
                 }
             }
             let Some(run) = &mut foreign_run else { break };
             scans += 1;
-            let mut step = stimulus.next_stimulus(&hints, &run.eval, &goals);
-            step.writes.clear();
-            match run.scan(&step) {
+            let mut stimulus = generator.next_stimulus(&stimulus_symbols, &run.eval, &goals);
+            stimulus.writes.clear();
+            match run.scan(&stimulus) {
                 Ok(evaluated) => {
-                    let before = goals.remaining();
+                    let before = goals.open_goal_count();
                     goals.mark_reached(&evaluated);
-                    budget.note_scan(scans, goals.remaining() < before);
+                    budget.note_scan(scans, goals.open_goal_count() < before);
                 }
                 Err(found) => mismatch = Some((found, run.starts.scans.max(1), run.cycle())),
             }
             compared += std::mem::take(&mut run.compared);
             longest = run.longest_scan.max(longest);
             for finding in run.findings.drain(..) {
-                if !findings.iter().any(|other| other.code == finding.code && other.says == finding.says) {
+                if !findings.iter().any(|other| other.code == finding.code && other.text == finding.text) {
                     findings.push(finding);
                 }
             }

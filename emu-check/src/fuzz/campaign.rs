@@ -178,8 +178,11 @@ pub(super) enum TrialOutcome {
 /// The kinds of findings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TrialFault {
+    /// Chip and evaluator differ.
     Differs,
+    /// The compiler reported a contradiction in itself (LC099).
     InternalError,
+    /// The compiler or the checker panicked or exceeded the time limit.
     Failed(WorkFailure),
 }
 

@@ -82,12 +82,12 @@ impl ProgramGenerator {
         from[self.rng.below(from.len() as u64) as usize].clone()
     }
 
-    /// True in dialect ldmicro-5.
+    /// Returns true in dialect ldmicro-5.
     pub(super) fn is_ldmicro5(&self) -> bool {
         self.style.dialect == LadderDialect::Ldmicro5
     }
 
-    /// True if each timer or counter is a module of the machine.
+    /// Returns true if each timer or counter is a module of the machine.
     pub(super) fn is_module_machine(&self) -> bool {
         self.style.profile == ProgramProfile::Bits
     }

@@ -27,7 +27,7 @@ pub enum ProgramProfile {
 }
 
 impl ProgramProfile {
-    /// True if a chip supports programs of this profile.
+    /// Returns true if a chip supports programs of this profile.
     #[must_use]
     pub fn is_supported_by(self, target: &CompileTarget) -> bool {
         let words = !target.has_modules();
@@ -157,12 +157,12 @@ pub(super) struct ProgramStyle {
     pub longest: u64,
     /// Maximum nesting depth of groups.
     pub depth: u32,
-    /// One node in this number of nodes is a group.
+    /// Number of nodes per group, on average.
     pub nodes_per_group: u64,
-    /// One operand in `constant` is a constant.
-    pub constant: u64,
-    /// One coil in `latch` is a set or reset coil.
-    pub latch: u64,
+    /// Number of operands per constant, on average.
+    pub operands_per_constant: u64,
+    /// Number of coils per set or reset coil, on average.
+    pub coils_per_latch: u64,
     middle_weights: Vec<(ElementSort, u64)>,
     end_weights: Vec<(ElementSort, u64)>,
     pub inputs: Vec<String>,
@@ -220,17 +220,17 @@ impl ProgramStyle {
             longest: 1 + rng.below(4),
             depth: 1 + rng.below(4) as u32,
             nodes_per_group: [3, 5, 8][rng.below(3) as usize],
-            constant: [2, 3, 6][rng.below(3) as usize],
-            latch: [2, 4, 8][rng.below(3) as usize],
+            operands_per_constant: [2, 3, 6][rng.below(3) as usize],
+            coils_per_latch: [2, 4, 8][rng.below(3) as usize],
             middle_weights: Vec::new(),
             end_weights: Vec::new(),
-            inputs: numbered_names("X", 1 + rng.below(6)),
-            outputs: numbered_names("Y", 1 + rng.below(5)),
-            relays: numbered_names("R", 1 + rng.below(7)),
-            timers: numbered_names("T", 1 + rng.below(4)),
-            counters: numbered_names("C", 1 + rng.below(4)),
-            analog: numbered_names("A", 1 + rng.below(2)),
-            plain_integers: numbered_names("n", 1 + rng.below(6)),
+            inputs: lettered_names("X", 1 + rng.below(6)),
+            outputs: lettered_names("Y", 1 + rng.below(5)),
+            relays: lettered_names("R", 1 + rng.below(7)),
+            timers: lettered_names("T", 1 + rng.below(4)),
+            counters: lettered_names("C", 1 + rng.below(4)),
+            analog: lettered_names("A", 1 + rng.below(2)),
+            plain_integers: lettered_names("n", 1 + rng.below(6)),
             integers: Vec::new(),
         };
         if rng.one_in(6) {
@@ -304,6 +304,6 @@ fn random_hertz(clock: u64, rng: &mut Rng) -> u64 {
 }
 
 /// Names with a common first letter: `Xa`, `Xb`, ..
-fn numbered_names(letter: &str, count: u64) -> Vec<String> {
+fn lettered_names(letter: &str, count: u64) -> Vec<String> {
     ('a'..='z').take(count as usize).map(|c| format!("{letter}{c}")).collect()
 }

@@ -189,19 +189,19 @@ mod tests {
     /// Shrinking leaves only the element that the fault needs, with operands 0.
     #[test]
     fn only_what_shows_the_fault_is_left() {
-        let adds = |program: &LadderProgram| {
+        let subtracts = |program: &LadderProgram| {
             program.elements().any(|at| matches!(at.element, Element::Math { op: ladder::MathOp::Sub, .. }))
         };
         let mut tried = 0;
         for number in 0..400 {
             let (drawn, _) = generate_program(3, number);
-            if !adds(&drawn) {
+            if !subtracts(&drawn) {
                 continue;
             }
             tried += 1;
             // A program that cannot be parsed again does not show the fault.
             let mut shows =
-                |p: &LadderProgram| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && adds(p)).then_some(7);
+                |p: &LadderProgram| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && subtracts(p)).then_some(7);
             let (small, scans) = smallest_program(&drawn, 250, &mut shows);
             let text = ladder::write(&with_notes(&small, &["one", "two"]));
             let rungs =

@@ -55,9 +55,10 @@ pub struct ChipTally {
     pub elements: BTreeMap<String, u64>,
     /// Number of elements by nesting depth.
     pub depths: BTreeMap<u32, u64>,
-    /// Number of programs by a risky feature: aliased operands, shared timers and counters, several coils of
+    /// Number of programs by risky feature: aliased operands, shared timers and counters, several coils of
     /// one name, large code.
-    pub delicate: BTreeMap<String, u64>,
+    #[serde(alias = "delicate")]
+    pub risky_features: BTreeMap<String, u64>,
     /// Coverage by class, as in the report of a check.
     pub outcomes: BTreeMap<String, ClassTotals>,
 }
@@ -86,12 +87,12 @@ impl ChipTally {
         for rung in &program.rungs {
             self.count_elements(&rung.series, 0);
         }
-        let mut delicate = risky_features(program);
+        let mut risky = risky_features(program);
         if bytes > PAGE_BYTES {
-            delicate.push("over 2K words of code");
+            risky.push("over 2K words of code");
         }
-        for what in delicate {
-            *self.delicate.entry(what.to_owned()).or_default() += 1;
+        for what in risky {
+            *self.risky_features.entry(what.to_owned()).or_default() += 1;
         }
         for row in &report.coverage.classes {
             let seen = self.outcomes.entry(row.class.name().to_owned()).or_default();
@@ -129,7 +130,7 @@ impl ChipTally {
         self.code_bytes_max = self.code_bytes_max.max(other.code_bytes_max);
         add_counts(&mut self.elements, &other.elements);
         add_counts(&mut self.depths, &other.depths);
-        add_counts(&mut self.delicate, &other.delicate);
+        add_counts(&mut self.risky_features, &other.risky_features);
         for (class, seen) in &other.outcomes {
             let own = self.outcomes.entry(class.clone()).or_default();
             own.covered += seen.covered;
@@ -142,7 +143,8 @@ impl ChipTally {
     pub fn text(&self) -> String {
         let refused: u64 = self.refused.values().map(|reason| reason.programs).sum();
         let mut out = format!(
-            "{}: {} programs checked, {} differ, {refused} refused, {} outside of the chip; {} scans, {} values; code up to {} bytes\n",
+            "{}: {} programs checked, {} differ, {refused} refused, {} with elements that the chip lacks; \
+             {} scans, {} values; code up to {} bytes\n",
             self.mcu, self.checked, self.differing, self.outside, self.scans, self.compared, self.code_bytes_max
         );
         let list = |out: &mut String, head: &str, items: Vec<String>| {
@@ -153,7 +155,7 @@ impl ChipTally {
         };
         list(&mut out, "elements", self.elements.iter().map(|(name, n)| format!("{name} {n}")).collect());
         list(&mut out, "elements by depth", self.depths.iter().map(|(depth, n)| format!("{depth}: {n}")).collect());
-        list(&mut out, "programs with", self.delicate.iter().map(|(what, n)| format!("{what} {n}")).collect());
+        list(&mut out, "programs with", self.risky_features.iter().map(|(what, n)| format!("{what} {n}")).collect());
         let seen = self.outcomes.iter().map(|(class, seen)| format!("{class} {}/{}", seen.covered, seen.total));
         list(&mut out, "all outcomes seen", seen.collect());
         for (code, reason) in &self.refused {

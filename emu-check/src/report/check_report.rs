@@ -82,7 +82,7 @@ pub struct RungFigures {
 pub enum DifferenceKind {
     /// A relay, output, timer, counter or variable at the end of a scan.
     Symbol,
-    /// The level of an output pin, or the behaviour of a pin when nothing outside drives it.
+    /// The level of an output pin, or the pull-up or driver of a pin that is driven from outside.
     Pin,
     /// The time at which a scan starts.
     Period,
@@ -207,12 +207,12 @@ impl ProgramFigures {
 }
 
 impl CheckDifference {
-    fn text(&self) -> String {
-        let mut text = String::new();
-        let what = match (self.what, &self.symbol) {
+    /// What differs, as a noun for messages.
+    pub(crate) fn subject(&self) -> String {
+        match (self.what, &self.symbol) {
             (DifferenceKind::Pin, Some(symbol)) => format!("the pin of {symbol}"),
             (_, Some(symbol)) => symbol.clone(),
-            (DifferenceKind::Pin, None) => "a pin by itself".to_owned(),
+            (DifferenceKind::Pin, None) => "the behaviour of a pin".to_owned(),
             (DifferenceKind::Period, None) => "the start of the scan".to_owned(),
             (DifferenceKind::Map, None) => "the compiler's map".to_owned(),
             (DifferenceKind::Bound, None) => "the length of the scan".to_owned(),
@@ -221,9 +221,13 @@ impl CheckDifference {
             (DifferenceKind::Eeprom, None) => "the EEPROM".to_owned(),
             (DifferenceKind::Bus, None) => "a bus".to_owned(),
             (DifferenceKind::Stack, None) => "the stack pointer".to_owned(),
-            (_, None) => "the course of the program".to_owned(),
-        };
-        _ = writeln!(text, "  what      {what} [{}]", self.code);
+            (_, None) => "the sequence of the scan".to_owned(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        _ = writeln!(text, "  what      {} [{}]", self.subject(), self.code);
         _ = writeln!(text, "  expected  {}", self.expected);
         _ = writeln!(text, "  found     {}", self.found);
         if let (Some(rung), Some(element), Some(of)) = (self.rung, self.element, &self.element_text) {

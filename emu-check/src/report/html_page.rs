@@ -120,7 +120,7 @@ fn overview_table(entries: &[ReportEntry<'_>]) -> String {
             n + 1
         );
     }
-    text + "</table>\n<p class=\"dim\">Code and RAM in bytes; times of a scan outside of its wait in clocks of the oscillator; the worst rung by its number.</p>\n"
+    text + "</table>\n<p class=\"dim\">Code and RAM are in bytes. Times are in clocks of the oscillator and leave out the wait at the end of a scan. The worst rung has its time and its number.</p>\n"
 }
 
 fn section_head(entry: &ReportEntry<'_>, n: usize, many: bool) -> String {
@@ -140,7 +140,7 @@ fn checked_section(entry: &ReportEntry<'_>, report: &CheckReport, draws: bool) -
         Some(difference) => difference_section(entry.program, difference),
         None => {
             let replay = crate::comparison::check_run::replay_command(entry.program, entry.options, report.scans);
-            format!("<p>Again: <code>{}</code></p>\n", escape_markup(&replay))
+            format!("<p>Replay: <code>{}</code></p>\n", escape_markup(&replay))
         }
     };
     text += &figures_section(report);
@@ -165,8 +165,7 @@ fn checked_section(entry: &ReportEntry<'_>, report: &CheckReport, draws: bool) -
 /// The section with all details of a difference.
 fn difference_section(program: &LadderProgram, difference: &CheckDifference) -> String {
     let (mut text, mut drawing) = ("<table>\n".to_owned(), String::new());
-    let what = difference.symbol.clone().unwrap_or_else(|| format!("{:?}", difference.what).to_lowercase());
-    text += &table_line("what", &format!("{} [{}]", escape_markup(&what), difference.code));
+    text += &table_line("what", &format!("{} [{}]", escape_markup(&difference.subject()), difference.code));
     text += &table_line("expected", &escape_markup(&difference.expected));
     text += &table_line("found", &escape_markup(&difference.found));
     if difference.differing.len() > 1 {

@@ -42,10 +42,14 @@ fn checked_case(report: &CheckReport) -> TestCase {
         case.set_system_out(report.text());
         return case;
     };
-    let what = difference.symbol.as_deref().unwrap_or("the execution of the program");
     let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
     status.set_type(difference.code.to_string());
-    status.set_message(format!("{what}: expected {}, found {}", difference.expected, difference.found));
+    status.set_message(format!(
+        "{}: expected {}, found {}",
+        difference.subject(),
+        difference.expected,
+        difference.found
+    ));
     status.set_description(report.text());
     test_case(&report.program, &report.mcu, status)
 }

@@ -13,7 +13,7 @@ use crate::chip::families::{CheckedChip, MachineVisitor, visit_machines};
 use crate::chip::program_places::ProgramPlaces;
 use crate::comparison::lockstep::{LockstepPair, Mismatch, TestBench};
 use crate::scenarios::play::{EvaluatorPlay, LadderResolver, ScenarioIo};
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 use crate::{CheckOptions, Evaluator, PreparedCheck, prepare_check};
 
 /// The result of a scenario on one machine.
@@ -87,7 +87,7 @@ impl ScenarioResult {
         }
     }
 
-    /// True if both verdicts are the same in outcome, step and scan, and no machine differed from the
+    /// Returns true if both verdicts are the same in outcome, step and scan, and no machine differed from the
     /// evaluator.
     #[must_use]
     pub fn has_same_verdict(&self, other: &ScenarioResult) -> bool {
@@ -140,11 +140,11 @@ pub fn play_on_chip(
         ..Default::default()
     };
     let compiled = ladder_compile::compile(program, &target)?;
-    let PreparedCheck { chip, image, places, hints, eval } = prepare_check(program, &compiled, options)?;
+    let PreparedCheck { chip, image, places, stimulus_symbols, eval } = prepare_check(program, &compiled, options)?;
     let mut resolver = LadderResolver::new(program, &eval);
     let bound = bind(scenario, &mut resolver, Some(&program.file), Some(chip.name))?;
     let hz = places.pace.clock_hz;
-    let job = PlayVisitor { compiled: &compiled, seed: options.seed, places, hints, eval, resolver, bound };
+    let job = PlayVisitor { compiled: &compiled, seed: options.seed, places, stimulus_symbols, eval, resolver, bound };
     let played = visit_machines(chip, &image, hz, job);
     Ok(ScenarioResult { machine: chip.name.to_owned(), ..played })
 }
@@ -154,7 +154,7 @@ struct PlayVisitor<'a> {
     compiled: &'a CompiledProgram,
     seed: u64,
     places: ProgramPlaces,
-    hints: ValueHints,
+    stimulus_symbols: StimulusSymbols,
     eval: Evaluator,
     resolver: LadderResolver,
     bound: BoundScenario,
@@ -164,12 +164,12 @@ impl MachineVisitor for PlayVisitor<'_> {
     type Output = ScenarioResult;
 
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> ScenarioResult {
-        let PlayVisitor { compiled, seed, places, hints, eval, resolver, bound } = self;
+        let PlayVisitor { compiled, seed, places, stimulus_symbols, eval, resolver, bound } = self;
         let worst = compiled.map.worst_scan_cycles.into();
         let bench = TestBench {
             power_up,
             places: &places,
-            hints: &hints,
+            stimulus_symbols: &stimulus_symbols,
             worst_scan_cycles: worst,
             time_rungs: false,
             eval: &eval,
@@ -192,10 +192,10 @@ impl MachineVisitor for PlayVisitor<'_> {
                     pair = start_pair(&bench, &resolver, seed.wrapping_add(io.scan), &cells)?;
                     scans_before = io.scan;
                 }
-                let step = io.next_stimulus(pair.lines.can_begin_byte(&pair.eval));
-                compared += pair.scan(&step)?.compared;
+                let stimulus = io.next_stimulus(pair.lines.can_begin_byte(&pair.eval));
+                compared += pair.scan(&stimulus)?.compared;
                 io.end_scan(&resolver, &[]);
-                while let Some((scan, byte)) = pair.lines.received_bytes.pop_front() {
+                while let Some((scan, byte)) = pair.lines.sent_bytes.pop_front() {
                     io.note_sent_byte(&resolver, scans_before + scan, byte);
                 }
             }
@@ -214,7 +214,7 @@ fn start_pair<'a, C: CheckedChip, F: Fn(u64) -> C>(
     cells: &[u8],
 ) -> Result<LockstepPair<'a, C>, Mismatch> {
     let mut pair = LockstepPair::start_with_eeprom(bench, seed, cells.iter().copied())?;
-    pair.lines.delay = resolver.arrival_scans();
+    pair.lines.delay_scans = resolver.arrival_scans();
     Ok(pair)
 }
 

@@ -20,7 +20,7 @@ use crate::CheckError;
 use crate::chip::peripherals::{SerialUse, serial_use};
 use crate::comparison::check_run::unsupported_diagnostic;
 use crate::stimulus::generator::ScanStimulus;
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
 /// Bits of a byte on the line: start, data, stop.
 const BYTE_BITS: u64 = 10;
@@ -42,7 +42,7 @@ enum LadderStimulus {
 #[derive(Debug, Clone)]
 pub struct LadderResolver {
     symbols: Vec<LadderSymbol>,
-    hints: Arc<ValueHints>,
+    stimulus_symbols: Arc<StimulusSymbols>,
     inputs: Vec<LadderStimulus>,
     /// The index of each stimulus in `inputs`.
     known_inputs: HashMap<LadderStimulus, usize>,
@@ -67,7 +67,7 @@ impl LadderResolver {
         let scans = |bits: u64| (bits * 1_000_000).div_ceil(baud.saturating_mul(cycle_us));
         LadderResolver {
             symbols: eval.symbols().to_vec(),
-            hints: Arc::new(ValueHints::new(program, eval)),
+            stimulus_symbols: Arc::new(StimulusSymbols::new(program, eval)),
             inputs: Vec::new(),
             known_inputs: HashMap::new(),
             cannot_send_reason: None,
@@ -85,7 +85,7 @@ impl LadderResolver {
         found.ok_or_else(|| CheckError::UnknownSymbol { name: name.to_owned(), of_chip: is_chip_name(name) })
     }
 
-    /// True if this input identifier belongs to an external input, not to a symbol that is written.
+    /// Returns true if this input identifier belongs to an external input, not to a symbol that is written.
     #[must_use]
     pub fn is_external_input(&self, input: usize) -> bool {
         !matches!(self.inputs.get(input), Some(LadderStimulus::Write(..)))
@@ -97,7 +97,7 @@ impl LadderResolver {
     }
 }
 
-/// True if a name has the form of a pin or a memory location: `PD2`, `P1.0`, `RA0`, `data:0x20`.
+/// Returns true if a name has the form of a pin or a memory location: `PD2`, `P1.0`, `RA0`, `data:0x20`.
 fn is_chip_name(name: &str) -> bool {
     let rest = name.trim_start_matches(|c: char| c.is_ascii_uppercase());
     let letters = name.get(..name.len() - rest.len()).unwrap_or_default();
@@ -116,7 +116,7 @@ impl NameResolver for LadderResolver {
 
     fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, ScenarioError> {
         let (index, symbol) = self.find_symbol(name).map_err(|error| ScenarioError::UnknownName(error.into()))?;
-        let analog = self.hints.analog.iter().position(|adc| *adc == index);
+        let analog = self.stimulus_symbols.analog.iter().position(|adc| *adc == index);
         let (low, high) = if analog.is_some() { (0, 1023) } else { symbol.range().into_inner() };
         let number = match value {
             ScenarioValue::Number(number) => Some(*number),
@@ -131,7 +131,7 @@ impl NameResolver for LadderResolver {
         })?;
         let stimulus = match (analog, symbol.kind) {
             (Some(at), _) => LadderStimulus::Analog(at, number as u16),
-            (None, SymbolKind::Input) => match self.hints.inputs.iter().position(|input| *input == index) {
+            (None, SymbolKind::Input) => match self.stimulus_symbols.inputs.iter().position(|input| *input == index) {
                 Some(at) => LadderStimulus::Level(at, number != 0),
                 None => {
                     let error = CheckError::NotAnInput { name: name.to_owned() };
@@ -197,10 +197,11 @@ pub(crate) struct ScenarioIo {
 }
 
 impl ScenarioIo {
-    /// The state before the first scan: an input has the value of its symbol at power-up, 0 if none is declared.
+    /// The state before the first scan: an input has the value of its symbol at power-up, 0 if none is
+    /// declared.
     pub(crate) fn new(resolver: &LadderResolver, power_up: &Evaluator) -> ScenarioIo {
-        let inputs = resolver.hints.inputs.iter().map(|symbol| power_up.get(*symbol) != 0).collect();
-        let analog = vec![0; resolver.hints.analog.len()];
+        let inputs = resolver.stimulus_symbols.inputs.iter().map(|symbol| power_up.get(*symbol) != 0).collect();
+        let analog = vec![0; resolver.stimulus_symbols.analog.len()];
         ScenarioIo { inputs, analog, ..ScenarioIo::default() }
     }
 
@@ -423,17 +424,17 @@ impl EvaluatorPlay {
             (0..).zip(cells).for_each(|(addr, byte)| self.eval.set_eeprom(addr, byte));
             self.incoming = None;
         }
-        let step = self.io.next_stimulus(self.incoming.is_none() && !self.eval.has_received_byte());
-        if let Some(byte) = step.byte {
+        let stimulus = self.io.next_stimulus(self.incoming.is_none() && !self.eval.has_received_byte());
+        if let Some(byte) = stimulus.byte {
             self.incoming = Some((self.io.scan + self.resolver.scans_to_arrive, byte));
         }
         if let Some((_, byte)) = self.incoming.take_if(|(due, _)| *due <= self.io.scan) {
             self.eval.receive(byte);
         }
-        step.apply(&self.resolver.hints, &mut self.eval);
+        stimulus.apply(&self.resolver.stimulus_symbols, &mut self.eval);
         self.eval.scan();
         self.io.end_scan(&self.resolver, self.eval.sent_bytes());
-        self.last_stimulus = step;
+        self.last_stimulus = stimulus;
         true
     }
 
@@ -441,7 +442,7 @@ impl EvaluatorPlay {
     #[must_use]
     pub fn scan_inputs(&self) -> ScanInputs {
         let name = |symbol: usize| self.eval.symbols().get(symbol).map_or_else(String::new, |s| s.name.clone());
-        let (inputs, analog) = (&self.resolver.hints.inputs, &self.resolver.hints.analog);
+        let (inputs, analog) = (&self.resolver.stimulus_symbols.inputs, &self.resolver.stimulus_symbols.analog);
         ScanInputs {
             levels: inputs
                 .iter()

@@ -11,7 +11,7 @@ use ladder_eval::Evaluator;
 use crate::coverage::goals::EvaluatedScan;
 use crate::coverage::possible_outcomes::comparison_holds;
 use crate::stimulus::generator::ScanStimulus;
-use crate::stimulus::value_hints::{ValueHints, element_constants, truncate_to_bytes};
+use crate::stimulus::stimulus_symbols::{StimulusSymbols, element_constants, truncate_to_bytes};
 
 /// Failed tries after which a goal is dropped.
 const MAX_FAILED_TRIES: u32 = 1_000;
@@ -151,43 +151,46 @@ impl BoundaryGoals {
         Some(found)
     }
 
-    /// Changes `step` so that it writes the wanted value of the goal at index `goal`, and returns true if a
-    /// scan with `step` reaches the goal.
+    /// Changes `stimulus` so that it writes the wanted value of the goal at index `goal`, and returns true if
+    /// a scan with `stimulus` reaches the goal.
     ///
     /// A failed try is counted. A goal for a symbol that cannot be written is dropped.
     pub(crate) fn try_reach(
         &mut self,
         goal: usize,
         eval: &Evaluator,
-        hints: &ValueHints,
-        step: &mut ScanStimulus,
+        stimulus_symbols: &StimulusSymbols,
+        stimulus: &mut ScanStimulus,
     ) -> bool {
         let Some(goal) = self.goals.get_mut(goal) else { return false };
-        if hints.writable.get(goal.symbol) != Some(&true) {
+        if stimulus_symbols.writable.get(goal.symbol) != Some(&true) {
             goal.failed_tries = MAX_FAILED_TRIES;
             return false;
         }
-        step.writes.retain(|(symbol, _)| *symbol != goal.symbol);
+        stimulus.writes.retain(|(symbol, _)| *symbol != goal.symbol);
         let value = match goal.target {
             GoalTarget::Value(value) => value,
             GoalTarget::WhenActing(value, second) => {
-                if let Some((other, second)) = second.filter(|(other, _)| hints.writable.get(*other) == Some(&true)) {
-                    step.writes.retain(|(symbol, _)| *symbol != other);
-                    step.writes.push((other, second));
+                if let Some((other, second)) =
+                    second.filter(|(other, _)| stimulus_symbols.writable.get(*other) == Some(&true))
+                {
+                    stimulus.writes.retain(|(symbol, _)| *symbol != other);
+                    stimulus.writes.push((other, second));
                 }
                 value
             }
             GoalTarget::NearSymbol(other, distance) => {
-                let written = step.writes.iter().find(|(symbol, _)| *symbol == other);
+                let written = stimulus.writes.iter().find(|(symbol, _)| *symbol == other);
                 written.map_or_else(|| eval.get(other), |&(_, value)| value).wrapping_add(distance)
             }
         };
-        let fit = |value: i32| truncate_to_bytes(value.into(), hints.bytes.get(goal.symbol).copied().unwrap_or(2));
+        let fit =
+            |value: i32| truncate_to_bytes(value.into(), stimulus_symbols.bytes.get(goal.symbol).copied().unwrap_or(2));
         let value = fit(value);
-        step.writes.push((goal.symbol, value));
+        stimulus.writes.push((goal.symbol, value));
         let scan = |value: i32| {
             let mut eval = eval.clone();
-            step.apply_immediately(hints, &mut eval);
+            stimulus.apply_immediately(stimulus_symbols, &mut eval);
             eval.set(goal.symbol, value);
             EvaluatedScan::run(&mut eval)
         };
@@ -214,8 +217,8 @@ fn deciding_distances(op: CompareOp) -> impl Iterator<Item = i32> {
     (-1..=1).filter(move |d| changes_outcome(*d))
 }
 
-/// True if two scans, whose starts differ by one in the integer of the goal, differ both in what the element
-/// does and in what is stored because of it.
+/// Returns true if two scans, whose starts differ by one in the integer of the goal, differ both in what the
+/// element does and in what is stored because of it.
 fn is_visible(goal: &BoundaryGoal, stores: &[bool], one: &EvaluatedScan, other: &EvaluatedScan) -> bool {
     let out = |seen: &EvaluatedScan| seen.trace.get(goal.position).copied().flatten().map(|pair| pair.1);
     // The change of the integer itself shows the difference, unless both scans change it by the same amount.

@@ -3,4 +3,4 @@
 pub(crate) mod boundary_goals;
 pub(crate) mod generator;
 pub(crate) mod shrink;
-pub(crate) mod value_hints;
+pub(crate) mod stimulus_symbols;

@@ -7,27 +7,27 @@ use crate::stimulus::generator::ScanStimulus;
 /// Maximum number of scans that are executed for shrinking.
 const MAX_SHRINK_SCANS: usize = 60_000;
 
-/// Shrinks `steps`, whose last scan causes `mismatch`, in one run from reset with the given RAM seed.
+/// Shrinks `stimuli`, whose last scan causes `mismatch`, in one run from reset with the given RAM seed.
 pub(crate) fn shrink_stimulus<C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'_, C, F>,
     ram_seed: u64,
-    steps: Vec<ScanStimulus>,
+    stimuli: Vec<ScanStimulus>,
     mismatch: &Mismatch,
 ) -> Vec<ScanStimulus> {
-    let mut search = ShrinkSearch { steps, remaining_scans: MAX_SHRINK_SCANS };
-    let mut differs = |steps: &[ScanStimulus]| {
-        let (scan, found) = replay(bench, ram_seed, steps)?;
+    let mut search = ShrinkSearch { stimuli, remaining_scans: MAX_SHRINK_SCANS };
+    let mut differs = |stimuli: &[ScanStimulus]| {
+        let (scan, found) = replay(bench, ram_seed, stimuli)?;
         found.is_same_kind(mismatch).then_some(scan)
     };
     search.drop_scans(&mut differs);
     search.simplify(&mut differs);
     // After simplification, more scans can often be dropped.
     search.drop_scans(&mut differs);
-    search.steps
+    search.stimuli
 }
 
 struct ShrinkSearch {
-    steps: Vec<ScanStimulus>,
+    stimuli: Vec<ScanStimulus>,
     remaining_scans: usize,
 }
 
@@ -45,17 +45,17 @@ impl ShrinkSearch {
         self.remaining_scans -= candidate.len();
         let Some(scan) = differs(&candidate) else { return false };
         candidate.truncate(scan);
-        self.steps = candidate;
+        self.stimuli = candidate;
         true
     }
 
     /// Drops sequences of scans, long ones first.
     fn drop_scans(&mut self, differs: &mut dyn FnMut(&[ScanStimulus]) -> Option<usize>) {
-        let mut size = self.steps.len() / 2;
+        let mut size = self.stimuli.len() / 2;
         while size > 0 {
             let mut at = 0;
-            while at + size <= self.steps.len() && self.steps.len() > 1 {
-                let mut candidate = self.steps.clone();
+            while at + size <= self.stimuli.len() && self.stimuli.len() > 1 {
+                let mut candidate = self.stimuli.clone();
                 candidate.drain(at..at + size);
                 if candidate.is_empty() || !self.attempt(candidate, differs) {
                     at += size;
@@ -69,7 +69,7 @@ impl ShrinkSearch {
     /// the previous scan.
     fn simplify(&mut self, differs: &mut dyn FnMut(&[ScanStimulus]) -> Option<usize>) {
         for change in [
-            clear_spare_pins,
+            lower_drivable_pins,
             clear_flips,
             clear_byte,
             clear_writes,
@@ -79,10 +79,10 @@ impl ShrinkSearch {
             repeat_analog,
         ] {
             let mut at = 0;
-            while at < self.steps.len() {
+            while at < self.stimuli.len() {
                 let mut part = 0;
                 loop {
-                    let mut candidate = self.steps.clone();
+                    let mut candidate = self.stimuli.clone();
                     match change(&mut candidate, at, part) {
                         ChangeResult::Yes if self.attempt(candidate, differs) => {}
                         ChangeResult::Yes | ChangeResult::Unchanged => part += 1,
@@ -104,89 +104,87 @@ enum ChangeResult {
     NoSuchPart,
 }
 
-type StimulusSteps = [ScanStimulus];
-
-fn clear_spare_pins(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    match steps.get_mut(at) {
-        Some(step) if part == 0 && step.spare != 0 => {
-            step.spare = 0;
+fn lower_drivable_pins(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    match stimuli.get_mut(at) {
+        Some(stimulus) if part == 0 && stimulus.drivable_levels != 0 => {
+            stimulus.drivable_levels = 0;
             ChangeResult::Yes
         }
         _ => ChangeResult::NoSuchPart,
     }
 }
 
-fn clear_flips(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    match steps.get_mut(at) {
-        Some(step) if part == 0 && !step.flips.is_empty() => {
-            step.flips.clear();
+fn clear_flips(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    match stimuli.get_mut(at) {
+        Some(stimulus) if part == 0 && !stimulus.flips.is_empty() => {
+            stimulus.flips.clear();
             ChangeResult::Yes
         }
         _ => ChangeResult::NoSuchPart,
     }
 }
 
-fn clear_byte(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    match steps.get_mut(at) {
-        Some(step) if part == 0 && step.byte.is_some() => {
-            step.byte = None;
+fn clear_byte(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    match stimuli.get_mut(at) {
+        Some(stimulus) if part == 0 && stimulus.byte.is_some() => {
+            stimulus.byte = None;
             ChangeResult::Yes
         }
         _ => ChangeResult::NoSuchPart,
     }
 }
 
-fn repeat_analog(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    let before = at.checked_sub(1).and_then(|at| steps.get(at)).map(|step| step.analog.clone());
-    match steps.get_mut(at) {
-        Some(step) if part == 0 && !step.analog.is_empty() => {
-            let before = before.unwrap_or_else(|| vec![0; step.analog.len()]);
-            if step.analog == before {
+fn repeat_analog(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    let before = at.checked_sub(1).and_then(|at| stimuli.get(at)).map(|stimulus| stimulus.analog.clone());
+    match stimuli.get_mut(at) {
+        Some(stimulus) if part == 0 && !stimulus.analog.is_empty() => {
+            let before = before.unwrap_or_else(|| vec![0; stimulus.analog.len()]);
+            if stimulus.analog == before {
                 return ChangeResult::NoSuchPart;
             }
-            step.analog = before;
+            stimulus.analog = before;
             ChangeResult::Yes
         }
         _ => ChangeResult::NoSuchPart,
     }
 }
 
-fn clear_writes(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    match steps.get_mut(at) {
-        Some(step) if part == 0 && !step.writes.is_empty() => {
-            step.writes.clear();
+fn clear_writes(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    match stimuli.get_mut(at) {
+        Some(stimulus) if part == 0 && !stimulus.writes.is_empty() => {
+            stimulus.writes.clear();
             ChangeResult::Yes
         }
         _ => ChangeResult::NoSuchPart,
     }
 }
 
-fn drop_write(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    match steps.get_mut(at) {
-        Some(step) if part < step.writes.len() => {
-            step.writes.remove(part);
+fn drop_write(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    match stimuli.get_mut(at) {
+        Some(stimulus) if part < stimulus.writes.len() => {
+            stimulus.writes.remove(part);
             ChangeResult::Yes
         }
         _ => ChangeResult::NoSuchPart,
     }
 }
 
-fn repeat_inputs(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    let Some(step) = steps.get(at).filter(|_| part == 0) else { return ChangeResult::NoSuchPart };
-    let before = previous_inputs(steps, at, step.inputs.len());
-    match steps.get_mut(at) {
-        Some(step) if step.inputs != before => {
-            step.inputs = before;
+fn repeat_inputs(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    let Some(stimulus) = stimuli.get(at).filter(|_| part == 0) else { return ChangeResult::NoSuchPart };
+    let before = previous_inputs(stimuli, at, stimulus.inputs.len());
+    match stimuli.get_mut(at) {
+        Some(stimulus) if stimulus.inputs != before => {
+            stimulus.inputs = before;
             ChangeResult::Yes
         }
         _ => ChangeResult::NoSuchPart,
     }
 }
 
-fn repeat_input(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResult {
-    let inputs = steps.get(at).map_or(0, |step| step.inputs.len());
-    let before = previous_inputs(steps, at, inputs);
-    let both = steps.get_mut(at).and_then(|step| step.inputs.get_mut(part)).zip(before.get(part));
+fn repeat_input(stimuli: &mut [ScanStimulus], at: usize, part: usize) -> ChangeResult {
+    let inputs = stimuli.get(at).map_or(0, |stimulus| stimulus.inputs.len());
+    let before = previous_inputs(stimuli, at, inputs);
+    let both = stimuli.get_mut(at).and_then(|stimulus| stimulus.inputs.get_mut(part)).zip(before.get(part));
     match both {
         Some((level, before)) if level != before => {
             *level = *before;
@@ -198,7 +196,7 @@ fn repeat_input(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResu
 }
 
 /// The inputs of the previous scan; all off before the first.
-fn previous_inputs(steps: &StimulusSteps, at: usize, inputs: usize) -> Vec<bool> {
-    let before = at.checked_sub(1).and_then(|at| steps.get(at));
-    before.map_or_else(|| vec![false; inputs], |step| step.inputs.clone())
+fn previous_inputs(stimuli: &[ScanStimulus], at: usize, inputs: usize) -> Vec<bool> {
+    let before = at.checked_sub(1).and_then(|at| stimuli.get(at));
+    before.map_or_else(|| vec![false; inputs], |stimulus| stimulus.inputs.clone())
 }

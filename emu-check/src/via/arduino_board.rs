@@ -16,7 +16,7 @@ use super::codes;
 use super::external_tools::{ScratchFolder, run_compiler, tool_error};
 use super::recorded_stimulus::{RecordedScan, RecordedStimulus, SourceMismatch};
 use super::script::ScanRecord;
-use super::serve::load_elf;
+use super::serve::load_compiled_image;
 use crate::CheckError;
 
 /// The script that compiles the Arduino core and a sketch.
@@ -53,7 +53,7 @@ impl ArduinoBoard {
         self.scratch.write("sketch.ino", &source.text)?;
         let args = ["arduino.sh", "sketch.ino", "./sketch.elf"].map(str::to_owned);
         run_compiler("bash", "bash gcc-avr avr-libc arduino-core-avr", &args, &self.scratch)?;
-        load_elf(&self.scratch, "sketch.elf", &ATMEGA328P, ElfMachine::AVR)
+        load_compiled_image(&self.scratch, "sketch.elf", &ATMEGA328P, ElfMachine::AVR)
     }
 }
 
@@ -115,8 +115,8 @@ struct RunningSketch<'a> {
     places: Vec<u32>,
 }
 
-/// True if a byte on the serial line takes less than half a cycle of the program, so that it arrives between
-/// two scans.
+/// Returns true if a byte on the serial line takes less than half a cycle of the program, so that it arrives
+/// between two scans.
 pub(super) fn receives_between_scans(program: &ladder::LadderProgram) -> bool {
     let bits = program.settings.baud.filter(|baud| *baud > 0).map(|baud| 10_000_000 / baud);
     bits.is_some_and(|us| us * 2 < program.settings.cycle_us)
@@ -198,7 +198,7 @@ impl<'a> RunningSketch<'a> {
         let seed = first.and_then(|scan_stimulus| scan_stimulus.run_seed).unwrap_or(0);
         let mut cpu = Avr::new(&ATMEGA328P, image, RamInit::Random(seed));
         cpu.set_clock_hz(CLOCK_HZ);
-        let cells = first.map_or(&[][..], |scan_stimulus| scan_stimulus.eeprom.as_slice());
+        let cells = first.map_or(&[][..], |scan_stimulus| scan_stimulus.eeprom_before.as_slice());
         (0..).zip(cells).for_each(|(addr, byte)| _ = cpu.poke("eeprom", addr, *byte));
         let object = |text: &str| find(text.split('.').next().unwrap_or(text));
         let places = sketch.source.cells.iter().map(|cell| object(&cell.text)).collect::<Result<_, _>>()?;

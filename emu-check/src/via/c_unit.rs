@@ -31,7 +31,7 @@ fn push_counts(text: &mut String, source: &EmittedSource) {
         ("INPUTS", source.inputs.len()),
         ("OUTPUTS", source.outputs.len()),
         ("ANALOG", source.analog.len()),
-        ("CELLS", source.eeprom.into()),
+        ("EEPROM_CELLS", source.eeprom.into()),
     ];
     for (name, count) in counts {
         let _ = writeln!(text, "#define {name} {count}\n#define MOST_{name} {}", count.max(1));
@@ -96,8 +96,8 @@ pub(super) fn interpreted_unit(source: &EmittedSource) -> String {
 /// commands until `U`.
 pub(super) fn interpreter_unit() -> String {
     let mut text = format!("#include \"plc.h\"\n{PORTS}");
-    text += "#define OUTPUTS PlcOutputs\n#define CELLS PlcCells\n#define MOST_INPUTS 256\n#define MOST_OUTPUTS 256\n";
-    text += "#define MOST_ANALOG 256\n#define MOST_CELLS 65536\n";
+    text += "#define OUTPUTS PlcOutputs\n#define EEPROM_CELLS PlcCells\n#define MOST_INPUTS 256\n#define MOST_OUTPUTS 256\n";
+    text += "#define MOST_ANALOG 256\n#define MOST_EEPROM_CELLS 65536\n";
     text += INTERPRETER_SLOTS;
     text += SERVE;
     text += "static unsigned char image[1 << 20];\nint main(void)\n{\n    for (;;) {\n        long n, length;\n";

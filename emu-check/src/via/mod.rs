@@ -81,7 +81,8 @@ pub struct SourceDifference {
     /// The value of the program made from the source.
     pub found: String,
     /// The stimulus of the scan, as text.
-    pub step: String,
+    #[serde(rename = "step")]
+    pub stimulus: String,
 }
 
 impl SourceCheckReport {
@@ -97,7 +98,16 @@ impl SourceCheckReport {
             Some(d) => format!(
                 "{} by way of {route} on {} DIFFERS in scan {} (seed {})\n  what      {}\n  expected  {}\n  found     {}\n  \
                  when      scan {} of run {}: {}\n",
-                self.program, self.mcu, d.scan, self.seed, d.what, d.expected, d.found, d.scan_of_run, d.run, d.step
+                self.program,
+                self.mcu,
+                d.scan,
+                self.seed,
+                d.what,
+                d.expected,
+                d.found,
+                d.scan_of_run,
+                d.run,
+                d.stimulus
             ),
         }
     }
@@ -237,7 +247,7 @@ fn make_report(
                 what: mismatch.what.clone(),
                 expected: mismatch.expected.clone(),
                 found: mismatch.found.clone(),
-                step: scans_up_to.last().map_or_else(String::new, stimulus_text),
+                stimulus: scans_up_to.last().map_or_else(String::new, stimulus_text),
             };
             (scans_up_to.len(), Some(difference))
         }

@@ -1,5 +1,5 @@
 /* A byte from and to the checker. On an AVR by GPIOR1 and GPIOR0, on an 8051 by two cells of external RAM, whose accesses the
-   checker sees; else by the standard streams. */
+   checker sees; otherwise by the standard streams. */
 #if defined(__AVR__)
 #include <avr/io.h>
 static unsigned char get(void) { return GPIOR1; }

@@ -11,15 +11,15 @@ use crate::LadderCoverage;
 use crate::coverage::goals::{CoverageGoals, EvaluatedScan};
 use crate::stimulus::boundary_goals::BoundaryGoals;
 use crate::stimulus::generator::StimulusGenerator;
-use crate::stimulus::value_hints::ValueHints;
+use crate::stimulus::stimulus_symbols::StimulusSymbols;
 
 /// One recorded scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct RecordedScan {
     /// The seed of a run, if a run from power-up begins with this scan.
     pub run_seed: Option<u64>,
-    /// Contents of the EEPROM at the start of a run.
-    pub eeprom: Vec<u8>,
+    /// Contents of the EEPROM before the first scan of a run; empty in the other scans.
+    pub eeprom_before: Vec<u8>,
     /// Level of each input, by name.
     pub inputs: Vec<(String, bool)>,
     /// Conversion result of each analog input, by name.
@@ -37,7 +37,7 @@ pub(super) struct RecordedScan {
     /// Duty cycle of the PWM output in percent; of several, the number that `serve.c` makes of them.
     pub duty: Option<u8>,
     /// Contents of the EEPROM after the scan.
-    pub cells: Vec<u8>,
+    pub eeprom_after: Vec<u8>,
     /// True if no write to the EEPROM is in progress.
     pub eeprom_idle: bool,
 }
@@ -69,35 +69,41 @@ pub(super) fn record_stimulus(
     scans: u64,
     bytes: bool,
 ) -> RecordedStimulus {
-    let hints = ValueHints::new(program, power_up);
+    let stimulus_symbols = StimulusSymbols::new(program, power_up);
     let mut goals = CoverageGoals::new(program, power_up);
-    let mut stimulus = StimulusGenerator::new(seed, BoundaryGoals::new(program, power_up));
+    let mut generator = StimulusGenerator::new(seed, BoundaryGoals::new(program, power_up));
     let mut eval = power_up.clone();
     let names: Vec<String> = power_up.symbols().iter().map(|symbol| symbol.name.clone()).collect();
     let name = |symbol: usize| names.get(symbol).cloned().unwrap_or_default();
     let mut recorded = Vec::new();
     for _ in 0..scans {
-        let mut scan = RecordedScan { run_seed: stimulus.begin_run(&hints), ..RecordedScan::default() };
+        let mut scan = RecordedScan { run_seed: generator.begin_run(&stimulus_symbols), ..RecordedScan::default() };
         if let Some(seed) = scan.run_seed {
             eval = power_up.clone();
             let mut rng = Rng::new(seed);
-            scan.eeprom =
+            scan.eeprom_before =
                 eval.eeprom().iter().map(|_| if rng.one_in(2) { 0xFF } else { rng.next_u64() as u8 }).collect();
-            scan.eeprom.iter().enumerate().for_each(|(addr, byte)| eval.set_eeprom(addr, *byte));
+            scan.eeprom_before.iter().enumerate().for_each(|(addr, byte)| eval.set_eeprom(addr, *byte));
         }
-        let step = stimulus.next_stimulus(&hints, &eval, &goals);
-        step.apply(&hints, &mut eval);
-        scan.byte = step.byte.filter(|_| bytes && !eval.has_received_byte());
+        let stimulus = generator.next_stimulus(&stimulus_symbols, &eval, &goals);
+        stimulus.apply(&stimulus_symbols, &mut eval);
+        scan.byte = stimulus.byte.filter(|_| bytes && !eval.has_received_byte());
         scan.byte.into_iter().for_each(|byte| _ = eval.receive(byte));
-        scan.inputs = hints.inputs.iter().zip(&step.inputs).map(|(&symbol, &on)| (name(symbol), on)).collect();
-        scan.analog = hints.analog.iter().zip(&step.analog).map(|(&symbol, &value)| (name(symbol), value)).collect();
-        scan.writes = step.writes.iter().map(|&(symbol, value)| (name(symbol), value)).collect();
+        scan.inputs =
+            stimulus_symbols.inputs.iter().zip(&stimulus.inputs).map(|(&symbol, &on)| (name(symbol), on)).collect();
+        scan.analog = stimulus_symbols
+            .analog
+            .iter()
+            .zip(&stimulus.analog)
+            .map(|(&symbol, &value)| (name(symbol), value))
+            .collect();
+        scan.writes = stimulus.writes.iter().map(|&(symbol, value)| (name(symbol), value)).collect();
         goals.mark_reached(&EvaluatedScan::run(&mut eval));
         scan.values = (0..names.len()).map(|symbol| eval.get(symbol)).collect();
         scan.sent = eval.sent_bytes().to_vec();
         scan.duty = duty_number(eval.pwm_duties());
         scan.buses = bus_number(eval.bus_events());
-        (scan.cells, scan.eeprom_idle) = (eval.eeprom().to_vec(), eval.eeprom_busy_scans() == 0);
+        (scan.eeprom_after, scan.eeprom_idle) = (eval.eeprom().to_vec(), eval.eeprom_busy_scans() == 0);
         recorded.push(scan);
     }
     RecordedStimulus { scans: recorded, coverage: goals.coverage(program), names }
@@ -126,7 +132,7 @@ impl RecordedStimulus {
         for scan in &self.scans {
             if let Some(seed) = scan.run_seed {
                 script.reset(seed as u8);
-                (0..).zip(&scan.eeprom).for_each(|(cell, byte)| script.cell(cell, *byte));
+                (0..).zip(&scan.eeprom_before).for_each(|(cell, byte)| script.eeprom_cell(cell, *byte));
             }
             for (name, on) in &scan.inputs {
                 place(&source.inputs, name).into_iter().for_each(|input| script.input(input, *on));
@@ -144,13 +150,14 @@ impl RecordedStimulus {
     }
 
     /// Compares `records` with the evaluator. Returns the number of values compared, or the first mismatch.
-    /// With `lines`, sent bytes are compared elsewhere, a duty cycle is compared only where it was measured,
-    /// and one that was never set counts as 0.
+    /// With `from_board`, the records were read from a running board: sent bytes and buses are not in them, a
+    /// duty cycle is compared only where it was measured and counts as 0 if it was never set, and the EEPROM
+    /// is compared only while no write is in progress.
     pub(super) fn compare(
         &self,
         source: &EmittedSource,
         records: &[ScanRecord],
-        lines: bool,
+        from_board: bool,
     ) -> Result<u64, SourceMismatch> {
         let mut compared = 0;
         for (index, (scan, record)) in self.scans.iter().zip(records).enumerate() {
@@ -177,18 +184,18 @@ impl RecordedStimulus {
                 compared += 1;
             }
             let sent = (scan.sent.len() as u8, scan.sent.last().copied().unwrap_or(0));
-            if !lines && record.sent != sent {
+            if !from_board && record.sent != sent {
                 return mismatch("sent bytes and the last one", format!("{sent:?}"), format!("{:?}", record.sent));
             }
-            if !lines && record.buses != scan.buses {
+            if !from_board && record.buses != scan.buses {
                 return mismatch("transfers on buses", format!("{:04X}", scan.buses), format!("{:04X}", record.buses));
             }
-            let duty = if lines { record.duty.map(|_| scan.duty.unwrap_or(0)) } else { scan.duty };
+            let duty = if from_board { record.duty.map(|_| scan.duty.unwrap_or(0)) } else { scan.duty };
             if record.duty != duty {
                 return mismatch("PWM duty", format!("{:?}", scan.duty), format!("{:?}", record.duty));
             }
-            if (scan.eeprom_idle || !lines) && record.eeprom != scan.cells {
-                return mismatch("EEPROM", format!("{:?}", scan.cells), format!("{:?}", record.eeprom));
+            if (scan.eeprom_idle || !from_board) && record.eeprom != scan.eeprom_after {
+                return mismatch("EEPROM", format!("{:?}", scan.eeprom_after), format!("{:?}", record.eeprom));
             }
             compared += 3;
         }

@@ -2,7 +2,8 @@
 
 use ladder_compile::emit::{EmittedSource, SourceCell};
 
-/// How the cells of a served program are numbered.
+/// How the slots of a served program are numbered. A slot is the number of a cell (a bit or an integer of the
+/// program) in the protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlotNumbering {
     /// In the order of [`EmittedSource::cells`].
@@ -32,7 +33,7 @@ impl ServeScript {
         ServeScript { bytes: Vec::new(), scans: 0 }
     }
 
-    /// Fills all memory with `garbage`, then initialises the program as after power-up.
+    /// Fills all memory with `garbage`, then initializes the program as after power-up.
     pub fn reset(&mut self, garbage: u8) {
         self.bytes.extend([b'R', garbage]);
     }
@@ -52,8 +53,8 @@ impl ServeScript {
         self.bytes.extend([b'B', byte]);
     }
 
-    /// Sets the contents of an EEPROM cell.
-    pub fn cell(&mut self, cell: u16, byte: u8) {
+    /// Sets the contents of a cell of the EEPROM.
+    pub fn eeprom_cell(&mut self, cell: u16, byte: u8) {
         self.command(b'E', cell, &[byte]);
     }
 

@@ -2,13 +2,15 @@
  *   R g          every bit and integer is filled with g, then PlcInit
  *   I n n on     an input            A n n lo hi   an analog input      B b   a byte has been received
  *   E n n b      a cell of EEPROM    W n n v0 v1 v2 v3   a bit or an integer, by its slot
- *   S            one scan; tells all slots (four bytes each, low byte first), the outputs as written, how many bytes were sent and
- *                the last of them, the duty (255: none yet), two bytes of the transfers on buses, the cells of EEPROM
+ *   S            one scan; sends all slots (four bytes each, low byte first), the outputs as written, the
+ *                number of bytes sent and the last of them, the duty (255: none yet), two bytes of the bus
+ *                transfers, and the EEPROM cells
  *   U            the end
- * Before this text stand the program and: SLOTS, OUTPUTS, CELLS; MOST_INPUTS, MOST_OUTPUTS, MOST_ANALOG, MOST_CELLS, at least 1;
- * look() and poke() by slot; get() and put().
+ * The text before this one is the program, and it defines SLOTS, OUTPUTS, EEPROM_CELLS; MOST_INPUTS,
+ * MOST_OUTPUTS, MOST_ANALOG, MOST_EEPROM_CELLS (at least 1); look() and poke(), which read and write a slot;
+ * get() and put(), which receive and send a byte.
  */
-static unsigned char level[MOST_INPUTS], written[MOST_OUTPUTS], cell[MOST_CELLS];
+static unsigned char level[MOST_INPUTS], written[MOST_OUTPUTS], cell[MOST_EEPROM_CELLS];
 static int analog[MOST_ANALOG];
 static int received;
 static unsigned char sent, last, duty;
@@ -103,7 +105,7 @@ static void reset(unsigned char garbage)
         written[n] = garbage;
     for (n = 0; n < MOST_ANALOG; n++)
         analog[n] = 0;
-    for (n = 0; n < MOST_CELLS; n++)
+    for (n = 0; n < MOST_EEPROM_CELLS; n++)
         cell[n] = 0xFF;
     received = -1;
     duty = 255;
@@ -127,7 +129,7 @@ static void scan(void)
     put(all_duties());
     put((unsigned char)(bus & 0xFFu));
     put((unsigned char)(bus >> 8));
-    for (n = 0; n != CELLS; n++)
+    for (n = 0; n != EEPROM_CELLS; n++)
         put(cell[n]);
 }
 

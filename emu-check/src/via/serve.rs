@@ -10,10 +10,10 @@ use super::c_unit;
 use super::codes;
 use super::external_tools::{ScratchFolder, run_compiler, run_with_input, tool_error};
 use super::script::{ScanRecord, ServeScript, SlotNumbering};
+use crate::error::stop_text;
 
-/// Maximum machine cycles for one byte of the script on a chip; a scan with its record is the longest
-/// command.
-const SCAN_CYCLES: u64 = 4_000_000;
+/// Maximum machine cycles that a chip takes for one byte of the script. A scan with its record takes longest.
+const MAX_CYCLES_PER_BYTE: u64 = 4_000_000;
 
 const STRICT_FLAGS: [&str; 5] = ["-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror"];
 
@@ -161,7 +161,7 @@ pub fn run_on_chip(
         args.extend(to_strings(&["-Os", "-o", "served.elf"]));
         args.extend(files);
         run_compiler("avr-gcc", "gcc-avr avr-libc", &args, &scratch)?;
-        let loaded = load_elf(&scratch, "served.elf", chip, ElfMachine::AVR)?;
+        let loaded = load_compiled_image(&scratch, "served.elf", chip, ElfMachine::AVR)?;
         // Data memory addresses of GPIOR1 and GPIOR0: DS40002061, 8.6.
         let ports = ServePorts { space: "data", from_checker: 0x4A, to_checker: 0x3E };
         serve_script(emu_avr::Avr::new(chip, &loaded, RamInit::Random(1)), ports, script)?
@@ -172,7 +172,7 @@ pub fn run_on_chip(
         args.extend(to_strings(&["--disable-warning", "126", "--disable-warning", "110", "-o", "served.ihx"]));
         args.extend(files);
         run_compiler("sdcc", "sdcc", &args, &scratch)?;
-        let loaded = load_elf(&scratch, "served.ihx", chip, ElfMachine::MCS51)?;
+        let loaded = load_compiled_image(&scratch, "served.ihx", chip, ElfMachine::MCS51)?;
         // The programs are larger than the internal program memory, so all of it is external.
         let options = emu_8051::Options { ea: false, ..emu_8051::Options::default() };
         let ports = ServePorts { space: "xdata", from_checker: 0x7FFE, to_checker: 0x7FFF };
@@ -189,13 +189,13 @@ pub fn run_on_chip(
     Err(stopped_diagnostic(format!("the chip reported {} of {} scans", records.len(), script.scans())))
 }
 
-/// True for the chips with GPIOR0 and GPIOR1 at the usual addresses.
+/// Returns true for the chips with GPIOR0 and GPIOR1 at the usual addresses.
 fn has_standard_gpior(name: &str) -> bool {
     ["atmega48", "atmega88", "atmega168", "atmega328"].iter().any(|family| name.starts_with(family))
 }
 
-/// Loads the output of a compiler.
-pub(super) fn load_elf(
+/// Loads the ELF or HEX file that a compiler has written.
+pub(super) fn load_compiled_image(
     scratch: &ScratchFolder,
     name: &str,
     chip: &Chip,
@@ -243,11 +243,12 @@ fn serve_script<C: Cpu>(mut cpu: C, ports: ServePorts, script: &ServeScript) -> 
     let mut watch = ServeProbe { space, ports, output: Vec::new() };
     for (byte, n) in script.bytes().iter().chain(b"U").zip(1..) {
         cpu.poke(ports.space, ports.from_checker.into(), *byte);
-        let stop = cpu.run(cpu.cycle() + SCAN_CYCLES, &mut watch);
+        let stop = cpu.run(cpu.cycle() + MAX_CYCLES_PER_BYTE, &mut watch);
         if stop != StopReason::Probe {
             return Err(stopped_diagnostic(format!(
-                "byte {n} of the script was not taken: {stop:?} at 0x{:04X}",
-                cpu.pc()
+                "the chip did not read byte {n} of the script: {}, at byte address 0x{:04X}",
+                stop_text(stop),
+                cpu.pc() * cpu.chip().word_bytes
             )));
         }
     }

@@ -107,7 +107,7 @@ fn a_small_campaign_finds_nothing_and_has_everything() {
         assert!(refused * 20 <= plan.programs, "{}: {refused} refused: {:?}", tally.mcu, tally.refused);
         let mut seen: BTreeMap<String, u64> = tally.elements.clone();
         seen.extend(tally.depths.iter().map(|(depth, n)| (format!("depth {depth}"), *n)));
-        seen.extend(tally.delicate.clone());
+        seen.extend(tally.risky_features.clone());
         for floor in FLOORS.lines().filter(|line| !line.is_empty()) {
             let [chips, what, least] = floor.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
                 panic!("{floor}")
@@ -156,7 +156,7 @@ fn records_that_do_not_belong_together() {
         |plan: &CampaignPlan, index, of, done| CampaignRecord::new(plan.clone(), CampaignShard { index, of, done });
     #[rustfmt::skip]
     let cases: [(&str, Vec<CampaignRecord>); 9] = [
-        ("nothing to add",       vec![]),
+        ("no record of a campaign", vec![]),
         ("different campaigns",  vec![record(&plan, 1, 2, 0), record(&other, 2, 2, 0)]),
         ("first is program 0",   vec![record(&plan, 1, 3, 0), record(&plan, 1, 1, 0)]),
         ("first is program 4",   vec![record(&plan, 1, 2, 0), record(&plan, 2, 3, 0)]),
@@ -164,7 +164,7 @@ fn records_that_do_not_belong_together() {
         ("no shard 0/2",         vec![record(&plan, 0, 2, 0)]),
         ("no shard 3/2",         vec![record(&plan, 3, 2, 0)]),
         ("no shard 1/2",         vec![record(&plan, 1, 2, 6)]),
-        ("is there twice",       vec![record(&plan, 2, 3, 0), record(&plan, 1, 3, 0), record(&plan, 2, 3, 1)]),
+        ("was given twice",      vec![record(&plan, 2, 3, 0), record(&plan, 1, 3, 0), record(&plan, 2, 3, 1)]),
     ];
     for (why, records) in cases {
         let reported = CampaignRecord::merge_shards(records).expect_err(why).to_string();

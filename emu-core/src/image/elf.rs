@@ -30,7 +30,7 @@ const NAME_SHARING: usize = 4;
 
 /// Loads an ELF32 executable. `file` is the name for messages, `spaces` are the memories of the chip as
 /// windows of the file's address space, and `e_machine` is the required processor. Bytes go to their load
-/// (physical) addresses: initialised data is placed in flash after the code, from where the start-up code
+/// (physical) addresses: initialized data is placed in flash after the code, from where the start-up code
 /// copies it.
 ///
 /// # Errors
@@ -415,8 +415,8 @@ impl NamedSymbol<'_> {
     }
 }
 
-/// Whether each symbol is a local one whose name occurs at several addresses, so that it needs the name of
-/// its module. A global symbol keeps its name.
+/// Returns for each symbol whether it is a local one whose name occurs at several addresses, so that it needs
+/// the name of its module. A global symbol keeps its name.
 fn needs_module_name(found: &[NamedSymbol<'_>]) -> Vec<bool> {
     let mut places: HashMap<(usize, &str), HashSet<u32>> = HashMap::new();
     for named in found {

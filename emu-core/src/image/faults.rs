@@ -53,17 +53,17 @@ impl<'f> FaultList<'f> {
         self.warnings.add(|| Diagnostic::new(Severity::Note, code, self.file, pos, cause(), hint));
     }
 
-    /// Whether there are no errors so far.
+    /// Returns true if there are no errors so far.
     pub(super) fn is_empty(&self) -> bool {
         self.errors.list.is_empty()
     }
 
-    /// Whether errors were counted that are not kept, so that further checks would only count more.
+    /// Returns true if errors were counted that are not kept, so that further checks would only count more.
     pub(super) fn is_full(&self) -> bool {
         self.errors.omitted > 0
     }
 
-    /// Whether there are so many errors that reading should stop. The closing note then says so.
+    /// Returns true if there are so many errors that reading should stop. The closing note then says so.
     pub(super) fn give_up_if_hopeless(&mut self) -> bool {
         self.stopped_reading |= self.errors.list.len() as u64 + self.errors.omitted >= MAX_COUNTED;
         self.stopped_reading

@@ -81,7 +81,7 @@ fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut FaultList) -> &'b [u8] {
     text
 }
 
-/// Whether the file is a text that is not empty. `plain` is the decoded text without decorations.
+/// Returns true if the file is a text that is not empty. `plain` is the decoded text without decorations.
 fn is_text(bytes: &[u8], plain: &[u8], faults: &mut FaultList) -> bool {
     if let Some(name) = text::wide_encoding(bytes) {
         let cause = || format!("the file is written in {name}");

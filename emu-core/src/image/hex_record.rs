@@ -215,8 +215,8 @@ impl RecordDigits {
         found == usize::from(count)
     }
 
-    /// Whether the line is complete but counts words of two bytes, as in INHX16 (MPASM user's guide, "Hex
-    /// file formats").
+    /// Returns true if the line is complete but counts words of two bytes, as in INHX16 (MPASM user's guide,
+    /// "Hex file formats").
     fn counts_words(&self) -> bool {
         let Some(bytes) = self.bytes() else { return false };
         let found = (self.len() - MIN_DIGITS) / 2;

@@ -125,7 +125,8 @@ impl SymbolAt {
         self.mangled.as_ref().map_or(&self.name, |mangled| &mangled.linkage)
     }
 
-    /// Whether `text` is the whole name or the linker name. Spaces are ignored in names that were mangled.
+    /// Returns true if `text` is the whole name or the linker name. Spaces are ignored in names that were
+    /// mangled.
     #[must_use]
     pub fn is_named(&self, text: &str) -> bool {
         let is_whole =
@@ -133,10 +134,10 @@ impl SymbolAt {
         self.name == text || self.mangled.as_ref().is_some_and(|mangled| is_whole(mangled))
     }
 
-    /// Whether `text` is a shortened name of a C++ or Rust symbol, and how good the match is, 0 best. As in
-    /// gdb, some parts can be left out. 0: without parameters (`app::compute`, and `f::count` for a static in
-    /// `f(int)`). 1: also without template arguments. 2: also without outer namespaces (`compute`,
-    /// `compute(int)`). `None` if it does not match.
+    /// Returns how well `text` matches as a shortened name of a C++ or Rust symbol, 0 best; `None` if it does
+    /// not match. As in gdb, some parts can be left out. 0: without parameters (`app::compute`, and
+    /// `f::count` for a static in `f(int)`). 1: also without template arguments. 2: also without outer
+    /// namespaces (`compute`, `compute(int)`).
     #[must_use]
     pub fn is_shortened_to(&self, text: &str) -> Option<u8> {
         let path = &*self.mangled.as_ref()?.path;
@@ -256,7 +257,7 @@ impl ElfMachine {
 /// signature, are not memories of the modelled chips.
 pub const AVR_AREAS: std::ops::Range<u32> = 0x81_0000..0x85_0000;
 
-/// Whether a window is in [`AVR_AREAS`].
+/// Returns true if a window is in [`AVR_AREAS`].
 fn is_avr_elf_area(start: u32) -> bool {
     AVR_AREAS.contains(&start)
 }

@@ -77,8 +77,8 @@ impl ByteRun {
     }
 }
 
-/// Whether a byte is that of an erased cell: FF, or as the upper byte of a PIC word also 3F, or 00 if the
-/// word holds a byte.
+/// Returns true if a byte is that of an erased cell: FF, or as the upper byte of a PIC word also 3F, or 00 if
+/// the word holds a byte.
 fn is_erased(space: &ImageSpace, at: u32, byte: u8) -> bool {
     let upper = space.word == 2 && space.word_bits != WordBits::All && at % 2 == 1;
     byte == 0xFF || upper && (byte == 0x3F || byte == 0 && matches!(space.word_bits, WordBits::Low(8)))
@@ -239,7 +239,7 @@ impl<'s> PlacedBytes<'s> {
         found
     }
 
-    /// Whether nothing was placed.
+    /// Returns true if nothing was placed.
     pub(super) fn is_empty(&self) -> bool {
         self.runs.iter().all(BTreeMap::is_empty)
     }

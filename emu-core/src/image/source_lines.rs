@@ -150,8 +150,8 @@ impl SourceLines {
         self.line_table().doubled.contains(&byte)
     }
 
-    /// Whether the line that starts at a byte address starts a statement there, according to the compiler. A
-    /// step can end there.
+    /// Returns true if the line that starts at a byte address starts a statement there, according to the
+    /// compiler. A step can end there.
     #[must_use]
     pub fn begins_statement(&self, byte: u32) -> bool {
         !self.line_table().parts.contains(&byte)
@@ -255,7 +255,7 @@ fn normalize_path(path: &str) -> String {
     format!("{}{}", if path.starts_with('/') { "/" } else { "" }, parts.join("/"))
 }
 
-/// Whether a path ends with the folders and the name `end`.
+/// Returns true if a path ends with the folders and the name `end`.
 fn ends_with_path(path: &str, end: &str) -> bool {
     !end.is_empty() && path.strip_suffix(end).is_some_and(|before| before.ends_with('/'))
 }

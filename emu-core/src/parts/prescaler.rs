@@ -70,7 +70,7 @@ impl Prescaler {
         self.origin = self.origin.saturating_add(cycles);
     }
 
-    /// Whether the divider is held at zero.
+    /// Returns true if the divider is held at zero.
     #[must_use]
     pub const fn is_held(&self) -> bool {
         self.held

@@ -181,7 +181,7 @@ impl InstructionRow {
         self.pattern.words()
     }
 
-    /// Whether the number of cycles depends on a condition.
+    /// Returns true if the number of cycles depends on a condition.
     #[must_use]
     pub fn has_variable_cycles(&self) -> bool {
         self.cycles.possible_counts().len() > 1

@@ -73,13 +73,13 @@ impl BitPattern {
         self.words as u32
     }
 
-    /// Whether the fixed bits of `bits` are those of the pattern.
+    /// Returns true if the fixed bits of `bits` are those of the pattern.
     #[must_use]
     pub const fn matches(&self, bits: u32) -> bool {
         bits & self.mask == self.value
     }
 
-    /// Whether the operand `letter` occurs in the pattern.
+    /// Returns true if the operand `letter` occurs in the pattern.
     #[must_use]
     pub fn has_letter(&self, letter: u8) -> bool {
         self.letters[..self.bits as usize].contains(&letter)

@@ -52,7 +52,7 @@ fn section(name: &'static str, flags: u32, addr: u32, load: u32, bytes: &[u8]) -
     Section { name, kind: PROGBITS, flags: flags | ALLOC, addr, load, bytes: bytes.to_vec() }
 }
 
-/// A valid program: code, initialised data that is loaded after it, zeroed data, EEPROM, a comment.
+/// A valid program: code, initialized data that is loaded after it, zeroed data, EEPROM, a comment.
 pub fn program() -> Elf {
     let mut bss = section(".bss", 0, 0x80_0102, 0x80_0102, &[0; 0x1000]);
     bss.kind = NOBITS;

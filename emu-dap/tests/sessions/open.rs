@@ -82,6 +82,6 @@ pub fn open(arguments: &LaunchArguments) -> Result<OpenedMachine, LaunchError> {
     scope.lines = image.lines;
     scope.ladder = view.as_ref().map(LadderView::symbols).unwrap_or_default();
     let follow = view.as_ref().map(LadderView::follower);
-    let session = DebugSession::new(target, scope, SessionOptions { clock, history_bytes: 4 << 20, follower: follow });
+    let session = DebugSession::new(target, scope, SessionOptions { clock, max_copy_bytes: 4 << 20, follower: follow });
     Ok(OpenedMachine { session, view })
 }

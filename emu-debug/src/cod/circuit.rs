@@ -173,7 +173,7 @@ impl<'n> CodCircuit<'n> {
         chip_pin(self.names.chip, name).map(NetMember::Pin)
     }
 
-    /// Reports whether a stimulus was begun but not ended.
+    /// Returns true if a stimulus was begun but not ended.
     pub fn has_unfinished_stimulus(&self) -> bool {
         self.draft.is_some()
     }

@@ -67,7 +67,7 @@ pub enum CodVerdict {
 }
 
 impl CodVerdict {
-    /// Reports whether the first message that halted the run contains PASSED.
+    /// Returns true if the first message that halted the run contains PASSED.
     #[must_use]
     pub fn passed(&self) -> bool {
         matches!(self, CodVerdict::Message { text, .. } if text.contains("PASSED"))

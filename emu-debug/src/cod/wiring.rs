@@ -42,7 +42,7 @@ pub fn chip_pin_source<C: Cpu>(cpu: &C, pin: PinId, outside: PinLevel) -> Option
 }
 
 impl CodCircuit<'_> {
-    /// Reports whether a pin is on a net.
+    /// Returns true if a pin is on a net.
     #[must_use]
     pub fn is_attached(&self, pin: PinId) -> bool {
         self.nets.iter().any(|net| net.members.contains(&NetMember::Pin(pin)))

@@ -103,7 +103,7 @@ impl ArithmeticType {
     }
 }
 
-/// Returns whether an expression contains a C object.
+/// Returns true if an expression contains a C object.
 fn has_object(expr: &DebugExpression) -> bool {
     matches!(expr, DebugExpression::Object(_)) || expr.operands().into_iter().any(has_object)
 }

@@ -5,14 +5,15 @@ use std::time::Instant;
 
 use emu_core::cpu::{LAST_CYCLE, StopReason};
 
-use super::breakpoint_probe::{BreakpointProbe, candidate_hits};
 use super::call_flow::CallFlow;
 use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::expression_place::ExpressionPlace;
 use super::history::MidStepPosition;
 use super::machine_with_follower::MachineWithFollower;
 use super::points::{DebugPoints, PointTrigger, breakpoint_words};
-use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, HaltReason, KeepRunning, PointHit};
+use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, KeepRunning};
+use super::session_stop::{PointHit, SessionStopReason};
+use super::watchpoint_probe::{WatchpointProbe, candidate_hits};
 
 /// Maximum duration of most instructions in machine cycles.
 const TYPICAL_CYCLES: u64 = 8;
@@ -26,7 +27,7 @@ const NEAR_STEPS: u64 = 1 << 12;
 /// A position that a search backwards visits. The positions between two copies are visited forwards.
 pub struct PassedPosition<'a> {
     /// The machine.
-    pub target: &'a dyn DynMachine,
+    pub machine: &'a dyn DynMachine,
     /// The first position of a stretch: what preceded it is unknown, and the result of the test does not
     /// count.
     pub first: bool,
@@ -41,12 +42,12 @@ impl DebugSession {
     /// to the start of that step; the same number of steps forward right afterwards returns to the original
     /// position. Far back, it goes one stretch between two copies at a time and calls `keep_running` in
     /// between; if interrupted, it does not move.
-    pub fn step_back(&mut self, n: u64, keep_running: KeepRunning<'_>) -> HaltReason {
+    pub fn step_back(&mut self, n: u64, keep_running: KeepRunning<'_>) -> SessionStopReason {
         let now = self.current.cycle();
         let left = self.mid_step_position.filter(|left| left.returned_to == now).map(|left| left.cycle);
         let at = if self.current.at_step_end { left } else { Some(now) };
         let halt = if n > NEAR_STEPS { self.step_back_far(n, keep_running) } else { self.step_back_counted(n) };
-        if halt == HaltReason::Interrupted {
+        if halt == SessionStopReason::Interrupted {
             return halt;
         }
         self.mid_step_position = at.map(|at| MidStepPosition { cycle: at, returned_to: self.current.cycle() });
@@ -54,13 +55,13 @@ impl DebugSession {
     }
 
     /// Goes `n` steps back, and forgets the original position.
-    fn step_back_counted(&mut self, n: u64) -> HaltReason {
+    fn step_back_counted(&mut self, n: u64) -> SessionStopReason {
         let now = self.current.cycle();
         let wanted = usize::try_from(n).unwrap_or(usize::MAX);
         let mut reach = n.saturating_mul(TYPICAL_CYCLES).max(TYPICAL_CYCLES);
         loop {
             let from = now.saturating_sub(reach).max(self.history.first_cycle());
-            let Some(mut replay) = self.replayed(from) else { return HaltReason::Beginning };
+            let Some(mut replay) = self.replayed(from) else { return SessionStopReason::Beginning };
             let begins = replay.cycle() <= self.history.first_cycle();
             let base = replay.fork();
             // A run that was stopped by its limit may be in the middle of a sleep; only the end of a step is
@@ -71,10 +72,10 @@ impl DebugSession {
             if found.len() >= wanted || begins {
                 let enough = found.len() >= wanted;
                 let to = found.get(found.len().saturating_sub(wanted)).copied();
-                let Some(to) = to else { return HaltReason::Beginning };
+                let Some(to) = to else { return SessionStopReason::Beginning };
                 self.current = base;
                 self.step_to(to);
-                return if enough { HaltReason::Done } else { HaltReason::Beginning };
+                return if enough { SessionStopReason::Done } else { SessionStopReason::Beginning };
             }
             reach = reach.saturating_mul(8);
         }
@@ -82,7 +83,7 @@ impl DebugSession {
 
     /// Steps back many instructions, as [`DebugSession::step_back_counted`] does for few: it counts positions
     /// instead of recording them.
-    fn step_back_far(&mut self, n: u64, keep_running: KeepRunning<'_>) -> HaltReason {
+    fn step_back_far(&mut self, n: u64, keep_running: KeepRunning<'_>) -> SessionStopReason {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());
         let starts: Vec<u64> = self.history.copies_before(now).map(MachineWithFollower::cycle).collect();
         let (mut end, mut rest) = (now, n);
@@ -106,30 +107,30 @@ impl DebugSession {
                 self.visit_positions(&mut base.fork(), end, &mut visit);
                 self.current = base;
                 self.step_to(found.unwrap_or(start));
-                return HaltReason::Done;
+                return SessionStopReason::Done;
             }
             rest -= positions;
             end = start;
             if !keep_running() {
-                return HaltReason::Interrupted;
+                return SessionStopReason::Interrupted;
             }
         }
         if let Some(replay) = self.replayed(first) {
             self.move_to(replay);
         }
-        HaltReason::Beginning
+        SessionStopReason::Beginning
     }
 
     /// Goes to a cycle, in the past or in the future, and ignores points. If an instruction spans the cycle,
     /// goes to the position before it.
-    pub fn goto_cycle(&mut self, cycle: u64, keep_running: KeepRunning<'_>) -> HaltReason {
+    pub fn goto_cycle(&mut self, cycle: u64, keep_running: KeepRunning<'_>) -> SessionStopReason {
         let (cycle, first) = (cycle.min(LAST_CYCLE), self.history.first_cycle());
         if cycle >= self.current.cycle() {
             let points = std::mem::take(&mut self.points);
             let goal = super::RunGoal { until: Some(cycle), runs_while_halted: true, ..super::RunGoal::default() };
             let halt = self.run(&goal, keep_running);
             self.points = points;
-            if halt != HaltReason::Limit {
+            if halt != SessionStopReason::Limit {
                 return halt;
             }
         } else if let Some(replay) = self.replayed(cycle.max(first)) {
@@ -141,25 +142,25 @@ impl DebugSession {
             self.step_back_counted(1);
             self.step_to(cycle.min(now));
         }
-        if cycle < first { HaltReason::Beginning } else { HaltReason::Done }
+        if cycle < first { SessionStopReason::Beginning } else { SessionStopReason::Done }
     }
 
     /// Goes back to the last position at which a point would have stopped a forward run. Ignore counts have
     /// no effect, conditions do.
-    pub fn run_back(&mut self, keep_running: KeepRunning<'_>) -> HaltReason {
+    pub fn run_back(&mut self, keep_running: KeepRunning<'_>) -> SessionStopReason {
         let points = self.points.clone();
         match self.last_hit(&points, false, keep_running) {
             Err(why) => why,
             Ok(Some((replay, hits))) => {
                 self.move_to(replay);
                 self.points.note_stops(hits.iter().map(|hit| hit.id));
-                HaltReason::Points(hits)
+                SessionStopReason::Points(hits)
             }
             Ok(None) => {
                 if let Some(replay) = self.replayed(self.history.first_cycle()) {
                     self.move_to(replay);
                 }
-                HaltReason::Beginning
+                SessionStopReason::Beginning
             }
         }
     }
@@ -167,7 +168,11 @@ impl DebugSession {
     /// Goes forward to the last position before the cycle `end` at which a breakpoint would have stopped a
     /// run; reverse-next may have gone past it within a call. Returns `None`, without a move, if there is
     /// none.
-    pub fn forward_to_passed_breakpoint(&mut self, end: u64, keep_running: KeepRunning<'_>) -> Option<HaltReason> {
+    pub fn forward_to_passed_breakpoint(
+        &mut self,
+        end: u64,
+        keep_running: KeepRunning<'_>,
+    ) -> Option<SessionStopReason> {
         let start = self.current.cycle();
         let mut points = self.points.clone();
         let others = points.all().iter().filter(|point| !matches!(point.trigger, PointTrigger::Code(_)));
@@ -187,19 +192,19 @@ impl DebugSession {
         let (replay, hits) = last?;
         self.move_to(replay);
         self.points.note_stops(hits.iter().map(|hit| hit.id));
-        Some(HaltReason::Points(hits))
+        Some(SessionStopReason::Points(hits))
     }
 
     /// Finds the last time up to now at which `wanted` was accessed or changed, including the instruction
     /// that ended here: the cycle after that instruction, and the hit. The machine does not move.
     ///
     /// # Errors
-    /// [`HaltReason::Interrupted`] if `keep_running` returned false.
+    /// [`SessionStopReason::Interrupted`] if `keep_running` returned false.
     pub fn last_access(
         &mut self,
         wanted: PointTrigger,
         keep_running: KeepRunning<'_>,
-    ) -> Result<Option<(u64, PointHit)>, HaltReason> {
+    ) -> Result<Option<(u64, PointHit)>, SessionStopReason> {
         let mut points = DebugPoints::default();
         points.add(wanted, "", false);
         let found = self.last_hit(&points, true, keep_running)?;
@@ -242,7 +247,7 @@ impl DebugSession {
         keep_running: KeepRunning<'_>,
         ended: &mut dyn FnMut() -> bool,
         test: &mut dyn FnMut(&PassedPosition<'_>) -> bool,
-    ) -> HaltReason {
+    ) -> SessionStopReason {
         let now = self.current.cycle();
         let (mut end, mut reach) = (now, NEAR_STEPS);
         loop {
@@ -256,7 +261,7 @@ impl DebugSession {
             let mut replay = base.fork();
             let mut found = None;
             let first = PassedPosition {
-                target: &*replay.machine,
+                machine: &*replay.machine,
                 first: true,
                 flow: CallFlow::Plain,
                 from_word: replay.machine.pc(),
@@ -268,7 +273,7 @@ impl DebugSession {
                 let from = replay.machine.pc();
                 let flow = self.call_flow_on(&replay, from);
                 let stop = replay.step(&self.history.input_events, end, ObserveLevel::Nothing, &mut ());
-                let passed = PassedPosition { target: &*replay.machine, first: false, flow, from_word: from };
+                let passed = PassedPosition { machine: &*replay.machine, first: false, flow, from_word: from };
                 if replay.at_step_end && test(&passed) && replay.cycle() < now {
                     found = Some(replay.cycle());
                 }
@@ -277,28 +282,28 @@ impl DebugSession {
                 }
                 steps += 1;
                 if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) && !keep_running() {
-                    return HaltReason::Interrupted;
+                    return SessionStopReason::Interrupted;
                 }
             }
             if let Some(cycle) = found {
                 self.current = base;
                 self.step_to(cycle);
-                return HaltReason::Done;
+                return SessionStopReason::Done;
             }
             if !(ended() && keep_running()) {
-                return HaltReason::Interrupted;
+                return SessionStopReason::Interrupted;
             }
             end = base.cycle();
         }
         if let Some(replay) = self.replayed(self.history.first_cycle()) {
             self.move_to(replay);
         }
-        HaltReason::Beginning
+        SessionStopReason::Beginning
     }
 
     fn call_flow_on(&self, replay: &MachineWithFollower, pc: u32) -> CallFlow {
         let chip = self.scope.chip();
-        super::call_flow(chip, |word| super::session::word(&*replay.machine, word), pc).0
+        super::call_flow(chip, |word| super::session::program_word_at(&*replay.machine, word), pc).0
     }
 
     /// Returns the last earlier position at which breakpoints and watchpoints would have stopped a run, and
@@ -310,7 +315,7 @@ impl DebugSession {
         points: &DebugPoints,
         here_too: bool,
         keep_running: KeepRunning<'_>,
-    ) -> Result<Option<(MachineWithFollower, Vec<PointHit>)>, HaltReason> {
+    ) -> Result<Option<(MachineWithFollower, Vec<PointHit>)>, SessionStopReason> {
         let now = self.current.cycle();
         let mut end = now;
         let starts: Vec<u64> = self.history.copies_before(now).map(MachineWithFollower::cycle).collect();
@@ -360,10 +365,10 @@ impl DebugSession {
         points: &DebugPoints,
         keep_running: KeepRunning<'_>,
         on_hit: &mut dyn FnMut(&MachineWithFollower, Vec<PointHit>) -> bool,
-    ) -> Result<Option<MachineWithFollower>, HaltReason> {
+    ) -> Result<Option<MachineWithFollower>, SessionStopReason> {
         let words: BTreeSet<u32> = breakpoint_words(points).collect();
         let Some(mut replay) = bounds.first().and_then(|start| self.replayed(*start)) else { return Ok(None) };
-        let mut probe = BreakpointProbe::new(points, &*replay.machine);
+        let mut probe = WatchpointProbe::new(points, &*replay.machine);
         let mut left_start = !words.contains(&replay.machine.pc()) || replay.machine.is_asleep();
         let mut slice = STEPS_BETWEEN_CHECKS;
         for &end in bounds.iter().skip(1) {
@@ -374,7 +379,7 @@ impl DebugSession {
                     let until = end.min(replay.cycle().saturating_add(slice));
                     replay.run(
                         input_events,
-                        until.min(replay.next_event_cycle(input_events)),
+                        until.min(replay.next_input_event_cycle(input_events)),
                         &words,
                         probe.observe_level(),
                         &mut probe,
@@ -400,17 +405,17 @@ impl DebugSession {
                     false => STEPS_BETWEEN_CHECKS,
                 };
                 if !keep_running() {
-                    return Err(HaltReason::Interrupted);
+                    return Err(SessionStopReason::Interrupted);
                 }
             }
             if !keep_running() {
-                return Err(HaltReason::Interrupted);
+                return Err(SessionStopReason::Interrupted);
             }
             // The program had a fault here; the replay continues from the user's next action.
             if replay.cycle() < end && bounds.last() != Some(&end) {
                 let Some(next) = self.replayed(end) else { return Ok(None) };
                 replay = next;
-                probe = BreakpointProbe::new(points, &*replay.machine);
+                probe = WatchpointProbe::new(points, &*replay.machine);
                 left_start = !words.contains(&replay.machine.pc()) || replay.machine.is_asleep();
             }
         }
@@ -426,7 +431,7 @@ impl DebugSession {
         if replay.cycle() < cycle {
             replay.run(&self.history.input_events, cycle, &none, ObserveLevel::Nothing, &mut ());
         }
-        replay.apply_due_events(&self.history.input_events, ObserveLevel::Nothing, &mut ());
+        replay.apply_due_input_events(&self.history.input_events, ObserveLevel::Nothing, &mut ());
         Some(replay)
     }
 
@@ -465,13 +470,13 @@ impl DebugSession {
             self.current.step(&self.history.input_events, cycle, ObserveLevel::Nothing, &mut ());
         }
         self.mid_step_position = None;
-        self.forget_events();
+        self.forget_chip_events();
     }
 
     /// Makes a replayed copy the current machine.
     fn move_to(&mut self, replay: MachineWithFollower) {
         self.current = replay;
         self.mid_step_position = None;
-        self.forget_events();
+        self.forget_chip_events();
     }
 }

@@ -85,21 +85,21 @@ impl ObjectExpr {
     }
 
     /// Returns the current value as a constant, for the value history.
-    pub(super) fn kept(&self, target: &dyn DynMachine) -> ObjectExpr {
-        let base = match self.code_address(target).and_then(|byte| u32::try_from(byte).ok()) {
+    pub(super) fn kept(&self, machine: &dyn DynMachine) -> ObjectExpr {
+        let base = match self.code_address(machine).and_then(|byte| u32::try_from(byte).ok()) {
             Some(byte) => ObjectBase::Function(byte),
-            None => ObjectBase::Kept(self.byte_locations(target).iter().map(|cell| cell.frozen(target)).collect()),
+            None => ObjectBase::Kept(self.byte_locations(machine).iter().map(|cell| cell.frozen(machine)).collect()),
         };
         ObjectExpr { base, offset: 0, indices: Vec::new(), ..self.clone() }
     }
 
-    /// Reports whether it is a function.
+    /// Returns true if it is a function.
     #[must_use]
     pub fn is_function(&self) -> bool {
         matches!(self.resolved_type(), Some(CType::Function { .. }))
     }
 
-    /// Reports whether it is a pointer to a function, which holds a word address.
+    /// Returns true if it is a pointer to a function, which holds a word address.
     #[must_use]
     pub fn is_function_pointer(&self) -> bool {
         let to = self.element_type().filter(|_| !self.is_array());
@@ -114,40 +114,40 @@ impl ObjectExpr {
     }
 
     /// Returns the object with the variables of calls in it replaced by their current locations.
-    pub(super) fn with_bound_value(mut self, target: &dyn DynMachine) -> ObjectExpr {
+    pub(super) fn with_bound_value(mut self, machine: &dyn DynMachine) -> ObjectExpr {
         self.base = match self.base {
-            ObjectBase::Value(of) => ObjectBase::Value(Box::new(of.with_bound_operands(target))),
-            ObjectBase::At(of) => ObjectBase::At(Box::new(of.with_bound_operands(target))),
+            ObjectBase::Value(of) => ObjectBase::Value(Box::new(of.with_bound_operands(machine))),
+            ObjectBase::At(of) => ObjectBase::At(Box::new(of.with_bound_operands(machine))),
             other => other,
         };
         self
     }
 
-    /// Reports whether the compiler has optimized away all bytes of it, or something that it is computed
+    /// Returns true if the compiler has optimized away all bytes of it, or something that it is computed
     /// from.
-    pub(super) fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
-        let cells = self.byte_locations(target);
+    pub(super) fn is_optimized_out(&self, machine: &dyn DynMachine) -> bool {
+        let cells = self.byte_locations(machine);
         !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway)
     }
 
-    /// Reports whether it is a value without a location, so that it cannot be set.
+    /// Returns true if it is a value without a location, so that it cannot be set.
     #[must_use]
     pub fn is_computed(&self) -> bool {
         matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
     }
 
-    /// Reports whether it is a pointer to data, whose value is printed with the offset that ELF files of the
+    /// Returns true if it is a pointer to data, whose value is printed with the offset that ELF files of the
     /// AVR give data memory.
     pub(super) fn is_linked_pointer(&self) -> bool {
         self.element_type().is_some() && !self.is_array() && !self.is_function() && !self.is_function_pointer()
     }
 
     /// Returns the byte address of a function; `None` if it is none.
-    pub(super) fn code_address(&self, target: &dyn DynMachine) -> Option<i64> {
+    pub(super) fn code_address(&self, machine: &dyn DynMachine) -> Option<i64> {
         match &self.base {
             _ if !self.is_function() => None,
             ObjectBase::Function(byte) => Some((*byte).into()),
-            ObjectBase::At(addr) => addr.value(target),
+            ObjectBase::At(addr) => addr.value(machine),
             _ => None,
         }
     }
@@ -184,7 +184,7 @@ impl ObjectExpr {
         }
     }
 
-    /// Reports whether it is an array, whose value is the address of its first element.
+    /// Returns true if it is an array, whose value is the address of its first element.
     #[must_use]
     pub fn is_array(&self) -> bool {
         matches!(self.resolved_type(), Some(CType::Array { .. }))
@@ -224,7 +224,7 @@ impl ObjectExpr {
         Ok(self.target_at(self.scaled_offset(BinaryOperator::Add, index, size), kind))
     }
 
-    /// Reports whether it is a variable whose type the program does not describe.
+    /// Returns true if it is a variable whose type the program does not describe.
     #[must_use]
     pub fn has_unknown_type(&self) -> bool {
         let is_untyped =
@@ -330,14 +330,14 @@ impl ObjectExpr {
     /// the number in its first bytes, if there is one. An array gives the address of its first element where
     /// C does.
     #[must_use]
-    pub fn number(&self, target: &dyn DynMachine) -> Option<i64> {
+    pub fn number(&self, machine: &dyn DynMachine) -> Option<i64> {
         match &self.base {
             ObjectBase::Value(value) => {
                 // A cast of a function, or of a pointer to one, keeps its bits.
                 let code_space = value.object().filter(|of| of.is_function() || of.is_function_pointer());
-                let value = match (code_space, value.evaluate(target)?) {
+                let value = match (code_space, value.evaluate(machine)?) {
                     (Some(_), byte) => {
-                        ExpressionValue::Whole(byte.to_integer() / i64::from(target.chip().word_bytes.max(1)))
+                        ExpressionValue::Whole(byte.to_integer() / i64::from(machine.chip().word_bytes.max(1)))
                     }
                     (None, value) => value,
                 };
@@ -354,15 +354,15 @@ impl ObjectExpr {
                 })
             }
             ObjectBase::AddressOf(object) if object.memory == Some(Mcs51Memory::POINTER) => {
-                match object.byte_locations(target).first()? {
+                match object.byte_locations(machine).first()? {
                     ObjectByteLocation::Memory(space, addr) => Some(i64::from(Mcs51Memory::generic_tag(space) | *addr)),
                     _ => None,
                 }
             }
-            ObjectBase::AddressOf(object) => object.first_address(target),
+            ObjectBase::AddressOf(object) => object.first_address(machine),
             _ => {
-                let cells = self.byte_locations(target);
-                let bytes: Option<Vec<u8>> = cells.iter().take(8).map(|cell| cell.value(target)).collect();
+                let cells = self.byte_locations(machine);
+                let bytes: Option<Vec<u8>> = cells.iter().take(8).map(|cell| cell.value(machine)).collect();
                 number_from_bytes(&bytes?, self.bits, self.is_signed())
             }
         }
@@ -370,27 +370,27 @@ impl ObjectExpr {
 
     /// Returns the value as in C: an array is the address of its first element, a struct or union has none.
     #[must_use]
-    pub(super) fn amount(&self, target: &dyn DynMachine) -> Option<ExpressionValue> {
+    pub(super) fn amount(&self, machine: &dyn DynMachine) -> Option<ExpressionValue> {
         match self.resolved_type() {
-            Some(CType::Array { .. }) => self.first_address(target).map(ExpressionValue::Whole),
+            Some(CType::Array { .. }) => self.first_address(machine).map(ExpressionValue::Whole),
             Some(CType::Record { .. }) => None,
-            Some(CType::Function { .. }) => self.code_address(target).map(ExpressionValue::Whole),
+            Some(CType::Function { .. }) => self.code_address(machine).map(ExpressionValue::Whole),
             _ if self.is_function_pointer() => {
-                let words = self.number(target)?;
-                Some(ExpressionValue::Whole(words.saturating_mul(target.chip().word_bytes.into())))
+                let words = self.number(machine)?;
+                Some(ExpressionValue::Whole(words.saturating_mul(machine.chip().word_bytes.into())))
             }
-            _ if self.is_real() => ExpressionValue::from_bits(self.number(target)?, self.bytes()?),
-            _ => self.number(target).map(ExpressionValue::Whole),
+            _ if self.is_real() => ExpressionValue::from_bits(self.number(machine)?, self.bytes()?),
+            _ => self.number(machine).map(ExpressionValue::Whole),
         }
     }
 
-    /// Reports whether it is a floating-point number.
+    /// Returns true if it is a floating-point number.
     #[must_use]
     pub fn is_real(&self) -> bool {
         matches!(self.resolved_type(), Some(CType::Base { encoding: BaseEncoding::Float, .. }))
     }
 
-    /// Reports whether its value cannot change.
+    /// Returns true if its value cannot change.
     pub(super) fn is_constant(&self) -> bool {
         match &self.base {
             ObjectBase::Value(value) => value.is_constant(),
@@ -400,12 +400,12 @@ impl ObjectExpr {
     }
 
     /// Returns the address of its first byte; in data memory without the offset of the ELF file.
-    fn first_address(&self, target: &dyn DynMachine) -> Option<i64> {
-        let chip = target.chip();
-        if let Some(byte) = self.code_address(target) {
+    fn first_address(&self, machine: &dyn DynMachine) -> Option<i64> {
+        let chip = machine.chip();
+        if let Some(byte) = self.code_address(machine) {
             return Some(byte / i64::from(chip.word_bytes.max(1)));
         }
-        match self.byte_locations(target).first()? {
+        match self.byte_locations(machine).first()? {
             ObjectByteLocation::Memory(space, addr)
                 if *space == chip.ram_space && *addr >= chip.family_traits().registers_in_ram =>
             {
@@ -430,8 +430,8 @@ impl ObjectExpr {
 
     /// Returns its current location if it is up to four bytes or one bit.
     #[must_use]
-    pub fn place(&self, target: &dyn DynMachine) -> Option<ExpressionPlace> {
-        let cells = self.byte_locations(target);
+    pub fn place(&self, machine: &dyn DynMachine) -> Option<ExpressionPlace> {
+        let cells = self.byte_locations(machine);
         let &ObjectByteLocation::Memory(space, addr) = cells.first()? else { return None };
         let row = (0u32..).zip(&cells).take(4).all(|(n, cell)| *cell == ObjectByteLocation::Memory(space, addr + n));
         match self.bits {
@@ -448,18 +448,18 @@ impl ObjectExpr {
         }
     }
 
-    /// Reports whether the variables in it are in scope at the location of the machine.
+    /// Returns true if the variables in it are in scope at the location of the machine.
     #[must_use]
-    pub fn is_known(&self, target: &dyn DynMachine) -> bool {
+    pub fn is_known(&self, machine: &dyn DynMachine) -> bool {
         let own = match &self.base {
             ObjectBase::Variable { known, level, .. } if !known.is_empty() => {
-                self.frame(target, known, *level).is_some()
+                self.frame(machine, known, *level).is_some()
             }
-            ObjectBase::At(of) | ObjectBase::Value(of) => of.is_known(target),
-            ObjectBase::AddressOf(of) => of.is_known(target),
+            ObjectBase::At(of) | ObjectBase::Value(of) => of.is_known(machine),
+            ObjectBase::AddressOf(of) => of.is_known(machine),
             _ => true,
         };
-        own && self.indices.iter().all(|(index, _)| index.is_known(target))
+        own && self.indices.iter().all(|(index, _)| index.is_known(machine))
     }
 
     /// Returns its bit field, if it is one.
@@ -467,7 +467,7 @@ impl ObjectExpr {
         self.bits
     }
 
-    /// Reports whether it is a local variable of a call, or computed from one.
+    /// Returns true if it is a local variable of a call, or computed from one.
     #[must_use]
     pub fn is_local(&self) -> bool {
         let own = match &self.base {
@@ -490,7 +490,7 @@ impl ObjectExpr {
         own.or_else(|| self.indices.iter().find_map(|(index, _)| index.first_local_scope()))
     }
 
-    /// Reports whether its address depends only on time.
+    /// Returns true if its address depends only on time.
     pub(super) fn depends_only_on_time(&self) -> bool {
         match &self.base {
             ObjectBase::At(of) | ObjectBase::Value(of) => of.depends_only_on_time(),

@@ -41,7 +41,7 @@ fn of_kind(info: &DebugInfo, kind: CTypeRef, inner: &str, style: Style) -> Strin
     of_type(info, kind.id, inner, (style, MAX_DEPTH))
 }
 
-/// Reports whether it prints as an array or a function and not as a name: a pointer to it needs parentheses.
+/// Returns true if it prints as an array or a function and not as a name: a pointer to it needs parentheses.
 fn is_direct(info: &DebugInfo, id: Option<TypeId>, style: Style) -> bool {
     let id = if style == Style::Whole { info.resolve_typedefs(id) } else { id };
     matches!(id.and_then(|id| info.type_info(id)), Some(CType::Array { .. } | CType::Function { .. }))

@@ -22,23 +22,23 @@ const MAX_DEPTH: u32 = 16;
 struct CValueFormatter<'a> {
     scope: &'a NameScope,
     info: &'a DebugInfo,
-    target: &'a dyn DynMachine,
+    machine: &'a dyn DynMachine,
     letter: Option<char>,
 }
 
 impl ObjectExpr {
     /// Returns the value as gdb prints it; `letter` is a format: x d u o t c a.
     #[must_use]
-    pub fn text(&self, scope: &NameScope, target: &dyn DynMachine, letter: Option<char>) -> String {
-        let shown = CValueFormatter { scope, info: self.info(), target, letter };
-        if let Some(byte) = self.code_address(target) {
+    pub fn text(&self, scope: &NameScope, machine: &dyn DynMachine, letter: Option<char>) -> String {
+        let shown = CValueFormatter { scope, info: self.info(), machine, letter };
+        if let Some(byte) = self.code_address(machine) {
             let place = shown.code(byte).unwrap_or_else(|| format!("0x{byte:x}"));
             return match letter {
                 None => format!("{{{}}} {place}", self.type_name()),
                 Some(_) => place,
             };
         }
-        let cells = self.byte_locations(target);
+        let cells = self.byte_locations(machine);
         let value = shown.value(self.ctype, self.bit_field(), &cells, MAX_DEPTH);
         let is_pointer = self.ctype.pointer_depth > 0 || matches!(self.resolved_type(), Some(CType::Pointer { .. }));
         // For a `char *`, the address and the characters suffice, without the type.
@@ -66,16 +66,16 @@ impl ObjectExpr {
         &self,
         count: u64,
         scope: &NameScope,
-        target: &dyn DynMachine,
+        machine: &dyn DynMachine,
         letter: Option<char>,
     ) -> Result<String, DebugError> {
         let first = self.address()?;
         let count = i64::try_from(count).unwrap_or(i64::MAX).min(scope.print.elements as i64);
         let elements: Result<Vec<ObjectExpr>, DebugError> =
             (0..count).map(|n| first.element(super::DebugExpression::Number(n))).collect();
-        let (elements, shown) = (elements?, CValueFormatter { scope, info: self.info(), target, letter });
+        let (elements, shown) = (elements?, CValueFormatter { scope, info: self.info(), machine, letter });
         let bytes = || {
-            elements.iter().map(|own| own.byte_locations(target).first()?.value(target)).collect::<Option<Vec<u8>>>()
+            elements.iter().map(|own| own.byte_locations(machine).first()?.value(machine)).collect::<Option<Vec<u8>>>()
         };
         if shown.is_text(self.ctype)
             && let Some(bytes) = bytes()
@@ -84,7 +84,7 @@ impl ObjectExpr {
         }
         let each: Vec<String> = elements
             .iter()
-            .map(|own| shown.value(own.ctype, None, &own.byte_locations(target), MAX_DEPTH - 1))
+            .map(|own| shown.value(own.ctype, None, &own.byte_locations(machine), MAX_DEPTH - 1))
             .collect();
         let parts = shown.collapsed(&each);
         Ok(format!("{{{}}}", parts.join(", ")))
@@ -92,18 +92,18 @@ impl ObjectExpr {
 
     /// Returns the value without the type of a pointer.
     #[must_use]
-    pub fn text_without_type(&self, scope: &NameScope, target: &dyn DynMachine) -> String {
+    pub fn text_without_type(&self, scope: &NameScope, machine: &dyn DynMachine) -> String {
         if self.has_unknown_type() {
             return "<unknown type>".to_owned();
         }
-        let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
-        shown.value(self.ctype, self.bit_field(), &self.byte_locations(target), MAX_DEPTH)
+        let shown = CValueFormatter { scope, info: self.info(), machine, letter: None };
+        shown.value(self.ctype, self.bit_field(), &self.byte_locations(machine), MAX_DEPTH)
     }
 
     /// Returns how it would be written with another value.
     #[must_use]
-    pub fn text_of_number(&self, scope: &NameScope, target: &dyn DynMachine, value: i64) -> String {
-        let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
+    pub fn text_of_number(&self, scope: &NameScope, machine: &dyn DynMachine, value: i64) -> String {
+        let shown = CValueFormatter { scope, info: self.info(), machine, letter: None };
         let bytes = value.to_le_bytes().into_iter().take(self.info().size_of(self.ctype).unwrap_or(0) as usize);
         let cells: Vec<ObjectByteLocation> = bytes.map(ObjectByteLocation::Value).collect();
         shown.value(self.ctype, None, &cells, MAX_DEPTH)
@@ -112,15 +112,15 @@ impl ObjectExpr {
     /// Returns the value of a parameter when its function was called, and whether it is the same now; `None`
     /// if the debugging information does not describe it.
     #[must_use]
-    pub fn text_at_call(&self, scope: &NameScope, target: &dyn DynMachine) -> Option<(String, bool)> {
-        let bytes = self.bytes_at_call(target)?;
-        let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
-        let present: Option<Vec<u8>> = self.byte_locations(target).iter().map(|cell| cell.value(target)).collect();
+    pub fn text_at_call(&self, scope: &NameScope, machine: &dyn DynMachine) -> Option<(String, bool)> {
+        let bytes = self.bytes_at_call(machine)?;
+        let shown = CValueFormatter { scope, info: self.info(), machine, letter: None };
+        let present: Option<Vec<u8>> = self.byte_locations(machine).iter().map(|cell| cell.value(machine)).collect();
         let cells: Vec<ObjectByteLocation> = bytes.iter().map(|byte| ObjectByteLocation::Value(*byte)).collect();
         Some((shown.value(self.ctype, None, &cells, MAX_DEPTH), present.is_some_and(|present| present == bytes)))
     }
 
-    /// Reports whether it has no parts.
+    /// Returns true if it has no parts.
     #[must_use]
     pub fn is_scalar(&self) -> bool {
         !matches!(self.resolved_type(), Some(CType::Record { .. } | CType::Array { .. }))
@@ -216,7 +216,7 @@ impl CValueFormatter<'_> {
         self.single(kind, bits, cells)
     }
 
-    /// Reports whether a sequence of elements of this type is a text.
+    /// Returns true if a sequence of elements of this type is a text.
     fn is_text(&self, element: CTypeRef) -> bool {
         let is_char = matches!(
             self.info.resolve_type(element),
@@ -232,7 +232,7 @@ impl CValueFormatter<'_> {
             return "{...}".to_owned();
         }
         if self.is_text(element)
-            && let Some(bytes) = cells.iter().map(|cell| cell.value(self.target)).collect::<Option<Vec<u8>>>()
+            && let Some(bytes) = cells.iter().map(|cell| cell.value(self.machine)).collect::<Option<Vec<u8>>>()
         {
             // The 0 at the end is not shown.
             let shown = match bytes.split_last() {
@@ -258,7 +258,7 @@ impl CValueFormatter<'_> {
         if cells.contains(&ObjectByteLocation::OptimizedAway) {
             return "<optimized out>".to_owned();
         }
-        let bytes: Option<Vec<u8>> = cells.iter().map(|cell| cell.value(self.target)).collect();
+        let bytes: Option<Vec<u8>> = cells.iter().map(|cell| cell.value(self.machine)).collect();
         let Some(bytes) = bytes.filter(|bytes| !bytes.is_empty()) else {
             return if self.info.size_of(kind) == Some(0)
                 || self.info.resolve_type(kind).is_none() && kind.pointer_depth == 0
@@ -323,7 +323,7 @@ impl CValueFormatter<'_> {
             {
                 let (space, start) = self.pointed_memory(value, base);
                 let mut found = Vec::new();
-                while let Some(byte) = self.target.peek(space, start.saturating_add(found.len() as u32)) {
+                while let Some(byte) = self.machine.peek(space, start.saturating_add(found.len() as u32)) {
                     if byte == 0 || found.len() >= self.most() {
                         break;
                     }

@@ -69,7 +69,7 @@ impl Eq for CallStack {}
 
 /// A frame on a machine.
 pub(super) struct MachineFrame<'a> {
-    pub target: &'a dyn DynMachine,
+    pub machine: &'a dyn DynMachine,
     pub frame: &'a CallFrame,
 }
 
@@ -78,24 +78,24 @@ impl FrameView for MachineFrame<'_> {
         // A call may be the last instruction of its block, so the address of the call counts, not the return
         // address.
         let CallFrame { word, call_word: at, .. } = self.frame;
-        let bytes = self.target.chip().word_bytes;
+        let bytes = self.machine.chip().word_bytes;
         if word == at { word.saturating_mul(bytes) } else { word.saturating_mul(bytes).saturating_sub(1) }
     }
 
     fn register(&self, number: u16) -> Option<u32> {
-        if self.target.chip().family == ChipFamily::Mcs51 {
-            return self.target.reg(&format!("r{number}"));
+        if self.machine.chip().family == ChipFamily::Mcs51 {
+            return self.machine.reg(&format!("r{number}"));
         }
         match self.frame.saved_registers.get(usize::from(number)) {
-            Some(Some(addr)) => self.target.peek(self.target.chip().ram_space, *addr).map(u32::from),
-            Some(None) => self.target.peek(self.target.chip().ram_space, number.into()).map(u32::from),
+            Some(Some(addr)) => self.machine.peek(self.machine.chip().ram_space, *addr).map(u32::from),
+            Some(None) => self.machine.peek(self.machine.chip().ram_space, number.into()).map(u32::from),
             None => (usize::from(number) == REGISTERS).then_some(self.frame.sp),
         }
     }
 
     fn memory(&self, address: u32) -> Option<u8> {
-        let (space, addr) = memory_at(self.target.chip(), address)?;
-        self.target.peek(space, addr)
+        let (space, addr) = memory_at(self.machine.chip(), address)?;
+        self.machine.peek(space, addr)
     }
 
     fn cfa(&self) -> Option<u32> {
@@ -127,10 +127,10 @@ impl FrameView for CalledFrame<'_> {
     }
 
     fn register_at_call(&self, number: u16) -> Option<u64> {
-        let target = self.frame.target;
-        let caller = self.calls.real_caller(target, self.frame.frame)?;
-        let return_byte = caller.word.saturating_mul(target.chip().word_bytes);
-        self.calls.info.value_at_call(return_byte, number, &MachineFrame { target, frame: &caller })
+        let machine = self.frame.machine;
+        let caller = self.calls.real_caller(machine, self.frame.frame)?;
+        let return_byte = caller.word.saturating_mul(machine.chip().word_bytes);
+        self.calls.info.value_at_call(return_byte, number, &MachineFrame { machine, frame: &caller })
     }
 }
 
@@ -191,13 +191,13 @@ impl CallStack {
 
     /// Returns the active calls, the innermost first; the first is the location of the machine.
     #[must_use]
-    pub fn frames(&self, target: &dyn DynMachine) -> Vec<CallFrame> {
+    pub fn frames(&self, machine: &dyn DynMachine) -> Vec<CallFrame> {
         let mut found = Vec::new();
-        let (mut here, mut level) = (Some(self.innermost_frame(target)), 0);
+        let (mut here, mut level) = (Some(self.innermost_frame(machine)), 0);
         while let Some(frame) = here.take().filter(|_| found.len() <= MAX_CALLS) {
-            here = self.caller_frame(target, &frame, level);
+            here = self.caller_frame(machine, &frame, level);
             level += 1;
-            let inlined = self.inlined(MachineFrame { target, frame: &frame }.pc_byte()).len();
+            let inlined = self.inlined(MachineFrame { machine, frame: &frame }.pc_byte()).len();
             found.extend((0..inlined).map(|left_out| CallFrame { inlined_skipped: left_out, ..frame.clone() }));
             found.push(CallFrame { inlined_skipped: inlined, ..frame });
         }
@@ -205,8 +205,8 @@ impl CallStack {
     }
 
     /// Returns the frame that has called the function of a frame.
-    fn real_caller(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<CallFrame> {
-        let frames = self.frames(target);
+    fn real_caller(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<CallFrame> {
+        let frames = self.frames(machine);
         let own = frames.iter().position(|known| (known.word, known.sp) == (frame.word, frame.sp))?;
         frames.into_iter().skip(own).find(|known| (known.word, known.sp) != (frame.word, frame.sp))
     }
@@ -215,23 +215,23 @@ impl CallStack {
     /// describes it.
     pub(super) fn parameter_at_call(
         &self,
-        target: &dyn DynMachine,
+        machine: &dyn DynMachine,
         frame: &CallFrame,
         variable: &VariableInfo,
     ) -> Option<u64> {
-        let function = self.info.function_at(MachineFrame { target, frame }.pc_byte())?;
-        let caller = self.real_caller(target, frame)?;
-        let return_byte = caller.word.saturating_mul(target.chip().word_bytes);
-        self.info.parameter_at_call(variable, function, return_byte, &MachineFrame { target, frame: &caller })
+        let function = self.info.function_at(MachineFrame { machine, frame }.pc_byte())?;
+        let caller = self.real_caller(machine, frame)?;
+        let return_byte = caller.word.saturating_mul(machine.chip().word_bytes);
+        self.info.parameter_at_call(variable, function, return_byte, &MachineFrame { machine, frame: &caller })
     }
 
     /// Returns the frame at a level; 0 is the innermost.
     #[must_use]
-    pub fn frame(&self, target: &dyn DynMachine, level: usize) -> Option<CallFrame> {
+    pub fn frame(&self, machine: &dyn DynMachine, level: usize) -> Option<CallFrame> {
         match level {
-            0 => Some(self.innermost_frame(target)),
+            0 => Some(self.innermost_frame(machine)),
             // Inlined functions are frames too.
-            _ => self.frames(target).into_iter().nth(level),
+            _ => self.frames(machine).into_iter().nth(level),
         }
     }
 
@@ -257,8 +257,8 @@ impl CallStack {
 
     /// Returns the function name of a frame; if the function was inlined, also file and line of its call.
     #[must_use]
-    pub fn frame_name(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(&str, Option<&(String, u32)>)> {
-        let byte = MachineFrame { target, frame }.pc_byte();
+    pub fn frame_name(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<(&str, Option<&(String, u32)>)> {
+        let byte = MachineFrame { machine, frame }.pc_byte();
         let (function, inlined) = (self.info.function_at(byte)?, self.inlined(byte));
         let name =
             inlined.get(frame.inlined_skipped).and_then(|block| block.inlined.as_deref()).unwrap_or(&function.name);
@@ -266,19 +266,19 @@ impl CallStack {
         Some((name, call))
     }
 
-    fn innermost_frame(&self, target: &dyn DynMachine) -> CallFrame {
-        let (word, sp) = (target.pc(), target.reg("SP").unwrap_or(0));
+    fn innermost_frame(&self, machine: &dyn DynMachine) -> CallFrame {
+        let (word, sp) = (machine.pc(), machine.reg("SP").unwrap_or(0));
         let mut frame =
             CallFrame { word, call_word: word, inlined_skipped: 0, sp, cfa: None, saved_registers: [None; REGISTERS] };
-        if target.chip().family == ChipFamily::Avr {
-            frame.cfa = self.unwind_frame(target, &frame).map(|unwinding| unwinding.unwound.cfa);
+        if machine.chip().family == ChipFamily::Avr {
+            frame.cfa = self.unwind_frame(machine, &frame).map(|unwinding| unwinding.unwound.cfa);
         }
         frame
     }
 
     /// Returns the frame that called this one, which is at `level`.
-    fn caller_frame(&self, target: &dyn DynMachine, frame: &CallFrame, level: usize) -> Option<CallFrame> {
-        let call = |word: u32| call_before(target, word);
+    fn caller_frame(&self, machine: &dyn DynMachine, frame: &CallFrame, level: usize) -> Option<CallFrame> {
+        let call = |word: u32| call_before(machine, word);
         let outer = |(at, word): (u32, u32), sp| CallFrame {
             word,
             call_word: at,
@@ -287,13 +287,13 @@ impl CallStack {
             cfa: None,
             saved_registers: frame.saved_registers,
         };
-        match target.chip().family {
+        match machine.chip().family {
             ChipFamily::Avr => {
                 // The caller is start-up code.
                 if self.function(frame.call_word).is_some_and(|(_, name)| name == "main") {
                     return None;
                 }
-                let FrameUnwinding { unwound, word, undescribed } = self.unwind_frame(target, frame)?;
+                let FrameUnwinding { unwound, word, undescribed } = self.unwind_frame(machine, frame)?;
                 // The code that a service routine has interrupted is not a call.
                 let at = call(word).filter(|_| !self.is_service(frame)).map_or(word, |(at, _)| at);
                 let mut next = outer((at, word), unwound.cfa.saturating_add(undescribed));
@@ -304,21 +304,21 @@ impl CallStack {
                         *place = Some(addr);
                     }
                 }
-                next.cfa = self.unwind_frame(target, &next).map(|unwinding| unwinding.unwound.cfa);
+                next.cfa = self.unwind_frame(machine, &next).map(|unwinding| unwinding.unwound.cfa);
                 Some(next)
             }
-            ChipFamily::Mcs51 if let Some((word, sp)) = self.interrupted_code(target, frame) => {
+            ChipFamily::Mcs51 if let Some((word, sp)) = self.interrupted_code(machine, frame) => {
                 Some(outer((word, word), sp))
             }
             ChipFamily::Mcs51 => {
-                let peek = |at: u32| target.peek(target.chip().ram_space, at).map(u32::from);
+                let peek = |at: u32| machine.peek(machine.chip().ram_space, at).map(u32::from);
                 (0x09..=frame.sp.min(0xFF)).rev().find_map(|at| {
                     let word = peek(at)? << 8 | peek(at - 1)?;
-                    Some(outer((self.call_site(target, frame, word)?, word), at.saturating_sub(2)))
+                    Some(outer((self.call_site(machine, frame, word)?, word), at.saturating_sub(2)))
                 })
             }
             ChipFamily::Pic16 => {
-                let stack = target.return_stack().into_iter().take(target.stack_depth() as usize);
+                let stack = machine.return_stack().into_iter().take(machine.stack_depth() as usize);
                 let mut calls = stack.filter_map(|word| Some((call(word)?.0, word)));
                 Some(outer(calls.nth(level)?, 0))
             }
@@ -329,13 +329,13 @@ impl CallStack {
     /// Returns the program word that a service routine of an 8051 has interrupted, and the stack pointer
     /// there; `None` if the frame is in no such routine. A vector of SDCC jumps to its routine, which begins
     /// with all its pushes and ends with their pops and RETI.
-    fn interrupted_code(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(u32, u32)> {
+    fn interrupted_code(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<(u32, u32)> {
         const LJMP: u16 = 0x02;
         const RETI: u16 = 0x32;
         const PUSH: u16 = 0xC0;
         const POP: u16 = 0xD0;
-        let chip = target.chip();
-        let code = |at: u32| session::word(target, at);
+        let chip = machine.chip();
+        let code = |at: u32| session::program_word_at(machine, at);
         // Start-up code of SDCC at the first vector jumps to `main`.
         let start = self.function(frame.call_word).filter(|(_, name)| name != "main")?.0.start;
         let mut vectors = (1..chip.vectors.len() as u32)
@@ -354,42 +354,43 @@ impl CallStack {
             (end, pops) if code(end) == RETI => pops,
             _ => count(start, frame.call_word, PUSH).1,
         };
-        let peek = |at: u32| target.peek(chip.ram_space, at).map(u32::from);
+        let peek = |at: u32| machine.peek(chip.ram_space, at).map(u32::from);
         let high = frame.sp.checked_sub(pushed)?;
         let low = high.checked_sub(1)?;
         Some((peek(high)? << 8 | peek(low)?, low.saturating_sub(1)))
     }
 
     /// Returns the call before a return address, if it can have led to the frame.
-    fn call_site(&self, target: &dyn DynMachine, frame: &CallFrame, word: u32) -> Option<u32> {
-        let (at, goal) = call_before(target, word)?;
+    fn call_site(&self, machine: &dyn DynMachine, frame: &CallFrame, word: u32) -> Option<u32> {
+        let (at, goal) = call_before(machine, word)?;
         let begins = self.function(frame.call_word).map(|(words, _)| words.start);
         (goal.is_none() || begins.is_none() || goal == begins).then_some(at)
     }
 
     /// Returns how to get from a frame of an AVR to the frame of its caller, and the return address.
-    fn unwind_frame(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<FrameUnwinding> {
-        let ram = target.chip().ram_space;
-        let pair =
-            |low: u32| Some(u32::from(target.peek(ram, low.checked_sub(1)?)?) << 8 | u32::from(target.peek(ram, low)?));
+    fn unwind_frame(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<FrameUnwinding> {
+        let ram = machine.chip().ram_space;
+        let pair = |low: u32| {
+            Some(u32::from(machine.peek(ram, low.checked_sub(1)?)?) << 8 | u32::from(machine.peek(ram, low)?))
+        };
         let service = self.is_service(frame);
-        if let Some(unwound) = self.info.unwind(&MachineFrame { target, frame })
-            && let undescribed = if service { self.undescribed_pushes(target, frame, &unwound) } else { 0 }
+        if let Some(unwound) = self.info.unwind(&MachineFrame { machine, frame })
+            && let undescribed = if service { self.undescribed_pushes(machine, frame, &unwound) } else { 0 }
             && let Some(word) = pair(unwound.cfa.saturating_add(undescribed))
-            && (service || self.call_site(target, frame, word).is_some())
+            && (service || self.call_site(machine, frame, word).is_some())
         {
             return Some(FrameUnwinding { unwound, word, undescribed });
         }
-        let pushed = self.pushed_registers(target, frame);
-        let chip = target.chip();
+        let pushed = self.pushed_registers(machine, frame);
+        let chip = machine.chip();
         let end = (u32::from(chip.ram_start) + u32::from(chip.ram_len)).min(frame.sp.saturating_add(MAX_STACK_BYTES));
         let found = |exact: bool| {
             (frame.sp.saturating_add(2)..end).find_map(|low| {
                 let word = pair(low)?;
                 let fits = if exact {
-                    self.call_site(target, frame, word)
+                    self.call_site(machine, frame, word)
                 } else {
-                    call_before(target, word).map(|call| call.0)
+                    call_before(machine, word).map(|call| call.0)
                 };
                 fits.map(|_| (low, word))
             })
@@ -417,8 +418,8 @@ impl CallStack {
 
     /// Returns the number of bytes that a service routine has pushed and that `.debug_frame` does not
     /// describe: GCC leaves out the push of the flags, which are pushed through r0.
-    fn undescribed_pushes(&self, target: &dyn DynMachine, frame: &CallFrame, unwound: &UnwoundFrame) -> u32 {
-        let pushed = self.pushed_registers(target, frame);
+    fn undescribed_pushes(&self, machine: &dyn DynMachine, frame: &CallFrame, unwound: &UnwoundFrame) -> u32 {
+        let pushed = self.pushed_registers(machine, frame);
         let Some((flags, _)) = (0..).zip(&pushed).filter(|(_, register)| **register == 0).nth(1) else { return 0 };
         // The described place of the first register after the flags shows whether the flags are counted.
         let later = (0u32..).zip(&pushed).skip(flags + 1).filter(|(_, register)| **register > 1);
@@ -430,12 +431,12 @@ impl CallStack {
     }
 
     /// Returns the registers that the prologue of a function has pushed before the frame's location.
-    fn pushed_registers(&self, target: &dyn DynMachine, frame: &CallFrame) -> Vec<u16> {
+    fn pushed_registers(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Vec<u16> {
         let Some((words, _)) = self.function(frame.call_word) else { return Vec::new() };
         let (mut found, mut word) = (Vec::new(), words.start);
         while word < frame.call_word.min(words.start.saturating_add(MAX_PROLOGUE)) {
             // PUSH; between pushes a service routine has IN or LDS, of two words, and CLR.
-            match session::word(target, word) {
+            match session::program_word_at(machine, word) {
                 code if code & 0xFE0F == 0x920F => found.push(code >> 4 & 0x1F),
                 code if code & 0xF800 == 0xB000 || code == 0x2411 => {}
                 0x9000 => word += 1,
@@ -448,13 +449,13 @@ impl CallStack {
 }
 
 /// Returns the call directly before a program word, and its destination, if the instruction contains it.
-fn call_before(target: &dyn DynMachine, word: u32) -> Option<(u32, Option<u32>)> {
+fn call_before(machine: &dyn DynMachine, word: u32) -> Option<(u32, Option<u32>)> {
     const LONGEST: u32 = 3;
-    let chip = target.chip();
+    let chip = machine.chip();
     if word >= chip.flash_bytes / chip.word_bytes.max(1) {
         return None;
     }
-    let read = |word| session::word(target, word);
+    let read = |word| session::program_word_at(machine, word);
     (1..=LONGEST).find_map(|len| {
         let at = word.checked_sub(len)?;
         if call_flow(chip, read, at) != (CallFlow::Call, len) {

@@ -35,7 +35,7 @@ pub trait DynMachine {
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
     /// Sets one bit of a byte of a memory; returns false if there is none: [`Cpu::poke_bit`].
     fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool;
-    /// Reports whether the machine, as configured, has a pin: [`Cpu::has_pin`].
+    /// Returns true if the machine, as configured, has a pin: [`Cpu::has_pin`].
     fn has_pin(&self, pin: PinId) -> bool;
     /// Returns the level of a pin: [`Cpu::pin_level`].
     fn pin_level(&self, pin: PinId) -> PinLevel;
@@ -54,7 +54,7 @@ pub trait DynMachine {
     fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), InputError>;
     /// Resets the machine: [`Cpu::reset`].
     fn reset(&mut self, why: ResetCause);
-    /// Reports whether no device with a state of its own is attached.
+    /// Returns true if no device with a state of its own is attached.
     fn has_no_devices(&self) -> bool;
     /// Calls [`Cpu::save`]: saves the chip without devices.
     fn save(&self) -> Vec<u8>;
@@ -73,7 +73,7 @@ pub trait DynMachine {
     }
     /// Executes one step, in which sleep ends at the cycle `until` at the latest: [`Cpu::step_until`].
     fn step_until(&mut self, until: u64, level: ObserveLevel, probe: &mut dyn DynProbe) -> StopReason;
-    /// Reports whether the core sleeps: [`Cpu::is_asleep`].
+    /// Returns true if the core sleeps: [`Cpu::is_asleep`].
     fn is_asleep(&self) -> bool;
     /// Lets time pass even if nothing can wake the chip: [`Cpu::set_run_while_halted`].
     fn set_run_while_halted(&mut self, on: bool);

@@ -19,6 +19,7 @@ pub(super) struct SessionEvents {
 }
 
 impl SessionEvents {
+    /// Adds an event, and drops the oldest one of its kind (edge or other) if the log is full.
     pub fn push(&mut self, event: ChipEvent) {
         let kept = if matches!(event, ChipEvent::Edge { .. }) { &mut self.edges } else { &mut self.others };
         if kept.len() == MAX_EVENTS {
@@ -27,7 +28,7 @@ impl SessionEvents {
         kept.push_back(event);
     }
 
-    /// Forgets events after a cycle.
+    /// Forgets the events after the machine cycle `now`.
     pub fn forget_after(&mut self, now: u64) {
         for kept in [&mut self.edges, &mut self.others] {
             while kept.back().is_some_and(|event| event.time().cycle > now) {
@@ -40,12 +41,12 @@ impl SessionEvents {
 impl DebugSession {
     /// Returns the newest events up to now except edges, in order of time.
     pub fn events(&self) -> impl DoubleEndedIterator<Item = &ChipEvent> {
-        self.events.others.iter()
+        self.chip_events.others.iter()
     }
 
     /// Returns the newest pin edges up to now, in order of time.
     pub fn edges(&self) -> impl DoubleEndedIterator<Item = &ChipEvent> {
-        self.events.edges.iter()
+        self.chip_events.edges.iter()
     }
 
     /// Describes resets after the machine cycle `cycle`: `reset by its watchdog (3 times)`. A reset by the

@@ -40,28 +40,28 @@ impl DebugExpression {
     /// Returns the current value as an integer; floating-point values lose their fraction. `None` if a part
     /// has no value: a floating pin, missing memory, a division by 0.
     #[must_use]
-    pub fn value(&self, target: &dyn DynMachine) -> Option<i64> {
-        self.evaluate(target).map(ExpressionValue::to_integer)
+    pub fn value(&self, machine: &dyn DynMachine) -> Option<i64> {
+        self.evaluate(machine).map(ExpressionValue::to_integer)
     }
 
     /// Returns the current value; `None` as for [`DebugExpression::value`].
     #[must_use]
-    pub fn evaluate(&self, target: &dyn DynMachine) -> Option<ExpressionValue> {
-        let truth = |of: &DebugExpression| Some(of.evaluate(target)?.is_true());
+    pub fn evaluate(&self, machine: &dyn DynMachine) -> Option<ExpressionValue> {
+        let truth = |of: &DebugExpression| Some(of.evaluate(machine)?.is_true());
         Some(match self {
             DebugExpression::Number(number) => ExpressionValue::Whole(*number),
             DebugExpression::Real(bits) => ExpressionValue::Real(f64::from_bits(*bits), 0),
-            DebugExpression::Place(place) => ExpressionValue::Whole(place.value(target)?),
+            DebugExpression::Place(place) => ExpressionValue::Whole(place.value(machine)?),
             DebugExpression::At(space, addr) => {
-                let (space, addr) = address_in(target, space, addr)?;
-                ExpressionValue::Whole(target.peek(space, addr)?.into())
+                let (space, addr) = address_in(machine, space, addr)?;
+                ExpressionValue::Whole(machine.peek(space, addr)?.into())
             }
-            DebugExpression::Object(object) => object.amount(target)?,
-            DebugExpression::Bit(of, bit) => match of.evaluate(target)? {
+            DebugExpression::Object(object) => object.amount(machine)?,
+            DebugExpression::Bit(of, bit) => match of.evaluate(machine)? {
                 ExpressionValue::Whole(value) => ExpressionValue::Whole(value >> bit & 1),
                 ExpressionValue::Real(..) => return None,
             },
-            DebugExpression::Unary(sign, of) => of.evaluate(target)?.apply_unary(*sign)?,
+            DebugExpression::Unary(sign, of) => of.evaluate(machine)?.apply_unary(*sign)?,
             // Operands without influence on the result are not evaluated.
             DebugExpression::Binary(BinaryOperator::And, a, b) => {
                 ExpressionValue::Whole(i64::from(truth(a)? && truth(b)?))
@@ -70,21 +70,21 @@ impl DebugExpression {
                 ExpressionValue::Whole(i64::from(truth(a)? || truth(b)?))
             }
             DebugExpression::Binary(operator, a, b) => {
-                a.evaluate(target)?.apply_binary(*operator, b.evaluate(target)?)?
+                a.evaluate(machine)?.apply_binary(*operator, b.evaluate(machine)?)?
             }
             DebugExpression::Choice(parts) => {
                 let [condition, then, otherwise] = &**parts;
-                if truth(condition)? { then } else { otherwise }.evaluate(target)?
+                if truth(condition)? { then } else { otherwise }.evaluate(machine)?
             }
             DebugExpression::Text(_) => return None,
         })
     }
 
     /// Returns the value that a watchpoint compares: the bits of a C object, or the value of anything else.
-    pub(super) fn watched_value(&self, target: &dyn DynMachine) -> Option<i64> {
+    pub(super) fn watched_value(&self, machine: &dyn DynMachine) -> Option<i64> {
         match self {
-            DebugExpression::Object(object) => object.number(target),
-            _ => self.value(target),
+            DebugExpression::Object(object) => object.number(machine),
+            _ => self.value(machine),
         }
     }
 
@@ -102,7 +102,7 @@ impl DebugExpression {
         }
     }
 
-    /// Reports whether nothing can change its value.
+    /// Returns true if nothing can change its value.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         match self {
@@ -112,11 +112,11 @@ impl DebugExpression {
         }
     }
 
-    /// Reports whether only writes of the program can change its value: all locations in it are bytes of RAM.
-    pub(super) fn depends_only_on_ram(&self, target: &dyn DynMachine) -> bool {
+    /// Returns true if only writes of the program can change its value: all locations in it are bytes of RAM.
+    pub(super) fn depends_only_on_ram(&self, machine: &dyn DynMachine) -> bool {
         let kept = |space: &str, addr: u32, bytes: u32| {
-            space == target.chip().ram_space
-                && (addr..addr + bytes).all(|addr| target.canonical_ram_address(addr).is_some())
+            space == machine.chip().ram_space
+                && (addr..addr + bytes).all(|addr| machine.canonical_ram_address(addr).is_some())
         };
         match self {
             DebugExpression::Place(ExpressionPlace::Memory { space, addr, bytes, .. }) => {
@@ -125,11 +125,11 @@ impl DebugExpression {
             DebugExpression::Place(ExpressionPlace::Bit { space, addr, .. }) => kept(space, *addr, 1),
             // The target of a pointer may be anything.
             DebugExpression::Place(_) | DebugExpression::At(..) | DebugExpression::Object(_) => false,
-            _ => self.operands().into_iter().all(|of| of.depends_only_on_ram(target)),
+            _ => self.operands().into_iter().all(|of| of.depends_only_on_ram(machine)),
         }
     }
 
-    /// Reports whether it contains a local variable of a call.
+    /// Returns true if it contains a local variable of a call.
     #[must_use]
     pub fn is_local(&self) -> bool {
         match self {
@@ -138,7 +138,7 @@ impl DebugExpression {
         }
     }
 
-    /// Reports whether its first local variable is that of another expression: the same variable of the same
+    /// Returns true if its first local variable is that of another expression: the same variable of the same
     /// block, in whichever call.
     #[must_use]
     pub fn is_in_scope_of(&self, other: &DebugExpression) -> bool {
@@ -153,25 +153,25 @@ impl DebugExpression {
         }
     }
 
-    /// Reports whether the compiler has optimized away something that it is computed from.
+    /// Returns true if the compiler has optimized away something that it is computed from.
     #[must_use]
-    pub fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
+    pub fn is_optimized_out(&self, machine: &dyn DynMachine) -> bool {
         match self {
-            DebugExpression::Object(object) => object.is_optimized_out(target),
-            _ => self.operands().into_iter().any(|of| of.is_optimized_out(target)),
+            DebugExpression::Object(object) => object.is_optimized_out(machine),
+            _ => self.operands().into_iter().any(|of| of.is_optimized_out(machine)),
         }
     }
 
-    /// Reports whether the variables in it are in scope at the location of the machine.
+    /// Returns true if the variables in it are in scope at the location of the machine.
     #[must_use]
-    pub fn is_known(&self, target: &dyn DynMachine) -> bool {
+    pub fn is_known(&self, machine: &dyn DynMachine) -> bool {
         match self {
-            DebugExpression::Object(object) => object.is_known(target),
-            _ => self.operands().into_iter().all(|of| of.is_known(target)),
+            DebugExpression::Object(object) => object.is_known(machine),
+            _ => self.operands().into_iter().all(|of| of.is_known(machine)),
         }
     }
 
-    /// Reports whether only time changes its value.
+    /// Returns true if only time changes its value.
     #[must_use]
     pub fn depends_only_on_time(&self) -> bool {
         match self {
@@ -195,20 +195,20 @@ impl DebugExpression {
 
     /// Returns its location, if it is a location and nothing else.
     #[must_use]
-    pub fn place(&self, target: &dyn DynMachine) -> Option<ExpressionPlace> {
+    pub fn place(&self, machine: &dyn DynMachine) -> Option<ExpressionPlace> {
         match self {
             DebugExpression::Place(place) => Some(*place),
             DebugExpression::At(space, addr) => {
-                let (space, addr) = address_in(target, space, addr)?;
+                let (space, addr) = address_in(machine, space, addr)?;
                 Some(ExpressionPlace::Memory { space, addr, bytes: 1, signed: false })
             }
-            DebugExpression::Object(object) => object.place(target),
-            DebugExpression::Bit(of, bit) => match of.place(target)? {
+            DebugExpression::Object(object) => object.place(machine),
+            DebugExpression::Bit(of, bit) => match of.place(machine)? {
                 ExpressionPlace::Memory { space, addr, bytes, .. } if *bit < 8 * bytes => {
                     Some(ExpressionPlace::Bit { space, addr: addr + u32::from(bit / 8), bit: bit % 8 })
                 }
                 ExpressionPlace::Reg(name)
-                    if super::expression_place::max_register_value(target, name) >> bit & 1 == 1 =>
+                    if super::expression_place::max_register_value(machine, name) >> bit & 1 == 1 =>
                 {
                     Some(ExpressionPlace::RegBit { name, bit: *bit })
                 }
@@ -223,22 +223,22 @@ impl DebugExpression {
     /// Returns the expression with a C object replaced by its current location: a local variable of a call is
     /// watched where that call has it.
     #[must_use]
-    pub fn bind_to_place(self, target: &dyn DynMachine) -> DebugExpression {
+    pub fn bind_to_place(self, machine: &dyn DynMachine) -> DebugExpression {
         match self {
-            DebugExpression::Object(object) => match object.place(target) {
+            DebugExpression::Object(object) => match object.place(machine) {
                 Some(place) => DebugExpression::Place(place),
-                None => DebugExpression::Object(Box::new(object.with_bound_value(target))),
+                None => DebugExpression::Object(Box::new(object.with_bound_value(machine))),
             },
-            other => other.with_bound_operands(target),
+            other => other.with_bound_operands(machine),
         }
     }
 
     /// Returns the expression with the variables of calls in it replaced by their current locations.
-    pub(super) fn with_bound_operands(self, target: &dyn DynMachine) -> DebugExpression {
-        let bound = |of: Box<DebugExpression>| Box::new(of.with_bound_operands(target));
+    pub(super) fn with_bound_operands(self, machine: &dyn DynMachine) -> DebugExpression {
+        let bound = |of: Box<DebugExpression>| Box::new(of.with_bound_operands(machine));
         match self {
             DebugExpression::Object(object) if object.is_local() && !object.is_real() && object.is_scalar() => {
-                DebugExpression::Object(object).bind_to_place(target)
+                DebugExpression::Object(object).bind_to_place(machine)
             }
             DebugExpression::At(space, of) => DebugExpression::At(space, bound(of)),
             DebugExpression::Bit(of, bit) => DebugExpression::Bit(bound(of), bit),
@@ -260,13 +260,13 @@ impl DebugExpression {
 
 /// Returns the memory and the address of a computed address; a data address of an ELF file of the AVR, such
 /// as 0x800100, is accepted too.
-fn address_in(target: &dyn DynMachine, space: &'static str, addr: &DebugExpression) -> Option<(&'static str, u32)> {
-    let addr = u32::try_from(addr.value(target)?).ok()?;
-    Some(super::call_stack::linked_memory_at(target.chip(), addr).unwrap_or((space, addr)))
+fn address_in(machine: &dyn DynMachine, space: &'static str, addr: &DebugExpression) -> Option<(&'static str, u32)> {
+    let addr = u32::try_from(addr.value(machine)?).ok()?;
+    Some(super::call_stack::linked_memory_at(machine.chip(), addr).unwrap_or((space, addr)))
 }
 
 impl BinaryOperator {
-    /// Reports whether the result is a truth value.
+    /// Returns true if the result is a truth value.
     pub(super) fn is_truth(self) -> bool {
         use BinaryOperator::{And, Eq, Ge, Gt, Le, Lt, Ne, Or};
         matches!(self, Or | And | Eq | Ne | Le | Ge | Lt | Gt)

@@ -53,44 +53,44 @@ pub enum ExpressionPlace {
 impl ExpressionPlace {
     /// Returns the current value; `None` if the location does not exist, or if a pin floats.
     #[must_use]
-    pub fn value(self, target: &dyn DynMachine) -> Option<i64> {
+    pub fn value(self, machine: &dyn DynMachine) -> Option<i64> {
         Some(match self {
-            ExpressionPlace::Reg(name) => target.reg(name)?.into(),
+            ExpressionPlace::Reg(name) => machine.reg(name)?.into(),
             ExpressionPlace::Memory { space, addr, bytes, signed } => {
                 let mut value = 0i64;
                 for n in 0..bytes.min(4) {
-                    value |= i64::from(target.peek(space, addr.checked_add(n.into())?)?) << (8 * n);
+                    value |= i64::from(machine.peek(space, addr.checked_add(n.into())?)?) << (8 * n);
                 }
                 let unused = 64 - 8 * u32::from(bytes.clamp(1, 4));
                 if signed { value << unused >> unused } else { value }
             }
-            ExpressionPlace::Bit { space, addr, bit } => (target.peek(space, addr)? >> (bit & 7) & 1).into(),
+            ExpressionPlace::Bit { space, addr, bit } => (machine.peek(space, addr)? >> (bit & 7) & 1).into(),
             ExpressionPlace::RegBit { name, bit } => {
-                (target.reg(name)?.checked_shr(bit.into()).unwrap_or(0) & 1).into()
+                (machine.reg(name)?.checked_shr(bit.into()).unwrap_or(0) & 1).into()
             }
-            ExpressionPlace::Pin(pin) => match target.pin_level(pin) {
+            ExpressionPlace::Pin(pin) => match machine.pin_level(pin) {
                 PinLevel::High | PinLevel::PullUp => 1,
                 PinLevel::Low | PinLevel::PullDown => 0,
                 PinLevel::Float => return None,
             },
-            ExpressionPlace::Cycle => i64::try_from(target.cycle()).unwrap_or(i64::MAX),
-            ExpressionPlace::Instructions => i64::try_from(target.instructions()).unwrap_or(i64::MAX),
-            ExpressionPlace::Pc => target.chip().code_address(target.pc()).into(),
+            ExpressionPlace::Cycle => i64::try_from(machine.cycle()).unwrap_or(i64::MAX),
+            ExpressionPlace::Instructions => i64::try_from(machine.instructions()).unwrap_or(i64::MAX),
+            ExpressionPlace::Pc => machine.chip().code_address(machine.pc()).into(),
         })
     }
 
     /// Returns the allowed values; `None` for a location that cannot be set.
     #[must_use]
-    pub fn value_range(self, target: &dyn DynMachine) -> Option<RangeInclusive<i64>> {
+    pub fn value_range(self, machine: &dyn DynMachine) -> Option<RangeInclusive<i64>> {
         Some(match self {
-            ExpressionPlace::Reg(name) => 0..=max_register_value(target, name),
+            ExpressionPlace::Reg(name) => 0..=max_register_value(machine, name),
             ExpressionPlace::Memory { bytes, signed, .. } => {
                 let bits = 8 * u32::from(bytes.clamp(1, 4));
                 -(1 << (bits - 1))..=(if signed { (1 << (bits - 1)) - 1 } else { (1 << bits) - 1 })
             }
             ExpressionPlace::Bit { .. } | ExpressionPlace::RegBit { .. } | ExpressionPlace::Pin(_) => 0..=1,
             ExpressionPlace::Pc => {
-                let chip = target.chip();
+                let chip = machine.chip();
                 0..=i64::from(chip.code_address(chip.flash_bytes / chip.word_bytes.max(1)).saturating_sub(1))
             }
             ExpressionPlace::Cycle | ExpressionPlace::Instructions => return None,
@@ -99,8 +99,8 @@ impl ExpressionPlace {
 }
 
 /// Returns the highest value that a core register holds, measured on a copy of the machine.
-pub(super) fn max_register_value(target: &dyn DynMachine, name: &str) -> i64 {
-    let mut copy = target.fork();
+pub(super) fn max_register_value(machine: &dyn DynMachine, name: &str) -> i64 {
+    let mut copy = machine.fork();
     copy.set_reg(name, u32::MAX);
     let kept = copy.reg(name).unwrap_or(0);
     // Bits that always read as the same value still belong to it.
@@ -112,8 +112,8 @@ impl ExpressionPlace {
     ///
     /// # Errors
     /// The location cannot be set, or not to this value.
-    pub fn set(self, target: &mut dyn DynMachine, value: i64) -> Result<(), DebugError> {
-        let Some(allowed) = self.value_range(target) else {
+    pub fn set(self, machine: &mut dyn DynMachine, value: i64) -> Result<(), DebugError> {
+        let Some(allowed) = self.value_range(machine) else {
             return Err(DebugError::TimeNotSettable);
         };
         if !allowed.contains(&value) {
@@ -121,32 +121,32 @@ impl ExpressionPlace {
         }
         let done = |done: bool| if done { Ok(()) } else { Err(DebugError::NoSuchPlace) };
         match self {
-            ExpressionPlace::Reg(name) => done(target.set_reg(name, value as u32)),
+            ExpressionPlace::Reg(name) => done(machine.set_reg(name, value as u32)),
             ExpressionPlace::Memory { space, addr, bytes, .. } => {
                 for (n, byte) in (0..u32::from(bytes.min(4))).zip(value.to_le_bytes()) {
-                    done(addr.checked_add(n).is_some_and(|addr| target.poke(space, addr, byte)))?;
+                    done(addr.checked_add(n).is_some_and(|addr| machine.poke(space, addr, byte)))?;
                 }
                 Ok(())
             }
-            ExpressionPlace::Bit { space, addr, bit } => done(target.poke_bit(space, addr, bit, value != 0)),
+            ExpressionPlace::Bit { space, addr, bit } => done(machine.poke_bit(space, addr, bit, value != 0)),
             ExpressionPlace::RegBit { name, bit } => {
                 let mask = 1u32.checked_shl(bit.into()).unwrap_or(0);
-                let old = target.reg(name).ok_or(DebugError::NoSuchPlace)?;
-                done(target.set_reg(name, if value == 0 { old & !mask } else { old | mask }))
+                let old = machine.reg(name).ok_or(DebugError::NoSuchPlace)?;
+                done(machine.set_reg(name, if value == 0 { old & !mask } else { old | mask }))
             }
             ExpressionPlace::Pin(pin) => {
-                let at = CycleTime::at(target.cycle());
+                let at = CycleTime::at(machine.cycle());
                 let drive = ExternalDrive::Level(pin, PinLevel::from_bit(value != 0));
-                Ok(target.queue_drive(TimedDrive { at, drive })?)
+                Ok(machine.queue_drive(TimedDrive { at, drive })?)
             }
             ExpressionPlace::Pc => {
-                let (chip, value) = (target.chip(), value as u32);
+                let (chip, value) = (machine.chip(), value as u32);
                 let per_word = chip.code_address(1).max(1);
                 if value % per_word != 0 {
                     return Err(DebugError::WithinWord { addr: value });
                 }
                 let pc = chip.cpu_regs.iter().copied().find(|reg| matches!(*reg, "PC" | "NA"));
-                done(pc.is_some_and(|pc| target.set_reg(pc, value / per_word)))
+                done(pc.is_some_and(|pc| machine.set_reg(pc, value / per_word)))
             }
             ExpressionPlace::Cycle | ExpressionPlace::Instructions => Ok(()),
         }

@@ -16,7 +16,7 @@ pub enum ExpressionValue {
 }
 
 impl ExpressionValue {
-    /// Reports whether the value is not 0.
+    /// Returns true if the value is not 0.
     #[must_use]
     pub fn is_true(self) -> bool {
         match self {

@@ -26,14 +26,14 @@ impl UserAction {
     ///
     /// # Errors
     /// The machine has no such location, or it cannot have that value.
-    pub fn apply(&self, target: &mut dyn DynMachine) -> Result<(), DebugError> {
+    pub fn apply(&self, machine: &mut dyn DynMachine) -> Result<(), DebugError> {
         match *self {
-            UserAction::Drive(drive) => Ok(target.queue_drive(drive)?),
+            UserAction::Drive(drive) => Ok(machine.queue_drive(drive)?),
             UserAction::Reset(why) => {
-                target.reset(why);
+                machine.reset(why);
                 Ok(())
             }
-            UserAction::Set(place, value) => place.set(target, value),
+            UserAction::Set(place, value) => place.set(machine, value),
         }
     }
 }
@@ -50,7 +50,7 @@ pub(super) struct InputEvent {
 pub struct HistorySize {
     /// Number of copies of the machine.
     pub copies: usize,
-    /// Size of all copies in bytes.
+    /// Size of all copies except the first, in bytes.
     pub bytes: usize,
 }
 
@@ -72,20 +72,22 @@ pub(super) struct MidStepPosition {
 /// Number of newest copies that are never removed, so that steps near the end are fast.
 const NEWEST_KEPT: usize = 32;
 
-/// Copies and actions.
+/// The copies of the machine, and the input events of the user.
 pub(super) struct MachineHistory {
     copies: Vec<MachineCopy>,
+    /// The external actions on the machine so far, in order of time.
     pub input_events: Vec<InputEvent>,
-    /// Maximum size of all copies in bytes.
-    budget: usize,
-    used: usize,
+    /// Maximum size of all copies except the first, in bytes.
+    max_copy_bytes: usize,
+    /// Size of all copies except the first, in bytes.
+    copy_bytes: usize,
 }
 
 impl MachineHistory {
-    /// Returns a history that begins with `machine` and keeps at most `budget` bytes of further copies.
-    pub fn new(machine: &MachineWithFollower, budget: usize) -> MachineHistory {
+    /// Returns a history that begins with `machine` and keeps at most `max_copy_bytes` of further copies.
+    pub fn new(machine: &MachineWithFollower, max_copy_bytes: usize) -> MachineHistory {
         let first = MachineCopy { machine: machine.fork(), cost: Duration::ZERO };
-        MachineHistory { copies: vec![first], input_events: Vec::new(), budget, used: 0 }
+        MachineHistory { copies: vec![first], input_events: Vec::new(), max_copy_bytes, copy_bytes: 0 }
     }
 
     /// Keeps a copy; `cost` is the host time of the run from the previous copy.
@@ -97,9 +99,9 @@ impl MachineHistory {
             last.cost = cost;
         }
         let copy = machine.fork();
-        self.used += copy.size_in_bytes();
+        self.copy_bytes += copy.size_in_bytes();
         self.copies.push(MachineCopy { machine: copy, cost: Duration::ZERO });
-        while self.used > self.budget && self.drop_cheapest() {}
+        while self.copy_bytes > self.max_copy_bytes && self.drop_cheapest() {}
     }
 
     /// Removes the copy whose removal adds the least host time to replays. The first copy stays, because
@@ -110,7 +112,7 @@ impl MachineHistory {
         let cheapest = pairs.min_by_key(|(_, pair)| pair.iter().map(|moment| moment.cost).sum::<Duration>());
         let Some(at) = cheapest.map(|(at, _)| at + 1).filter(|at| *at < self.copies.len()) else { return false };
         let gone = self.copies.remove(at);
-        self.used = self.used.saturating_sub(gone.machine.size_in_bytes());
+        self.copy_bytes = self.copy_bytes.saturating_sub(gone.machine.size_in_bytes());
         if let Some(before) = self.copies.get_mut(at - 1) {
             before.cost += gone.cost;
         }
@@ -135,16 +137,16 @@ impl MachineHistory {
 
     /// Returns how much is kept.
     pub fn size(&self) -> HistorySize {
-        HistorySize { copies: self.copies.len(), bytes: self.used }
+        HistorySize { copies: self.copies.len(), bytes: self.copy_bytes }
     }
 
     /// Discards everything after `machine` and records an action: the future is different from now on.
     pub fn branch(&mut self, machine: &MachineWithFollower, action: UserAction) {
-        self.input_events.truncate(machine.events_applied);
+        self.input_events.truncate(machine.input_events_applied);
         self.input_events.push(InputEvent { cycle: machine.cycle(), action });
         // A copy at this very cycle is from before the action, which is applied again when the copy runs.
         while let Some(gone) = self.copies.pop_if(|moment| moment.machine.cycle() > machine.cycle()) {
-            self.used = self.used.saturating_sub(gone.machine.size_in_bytes());
+            self.copy_bytes = self.copy_bytes.saturating_sub(gone.machine.size_in_bytes());
         }
         if let Some(last) = self.copies.last_mut() {
             last.cost = Duration::ZERO;

@@ -16,7 +16,7 @@ pub trait ProgramFollower {
     fn followed_words(&self) -> &[u32];
     /// Called when the machine reaches the program word `pc`, one of [`ProgramFollower::followed_words`]; the
     /// instruction there is next.
-    fn on_reached(&mut self, target: &dyn DynMachine, pc: u32);
+    fn on_reached(&mut self, machine: &dyn DynMachine, pc: u32);
     /// Called after a power cycle: the program's memory is lost.
     fn on_power_cycle(&mut self) {}
     /// Returns the scans begun since power-up, if the program has scans.
@@ -31,10 +31,12 @@ pub trait ProgramFollower {
 
 /// A machine at a position of its history, with its follower.
 pub(super) struct MachineWithFollower {
+    /// The machine.
     pub machine: Box<dyn DynMachine>,
+    /// The follower of the program, if there is one.
     pub follower: Option<Box<dyn ProgramFollower>>,
-    /// Number of actions of the history that were applied to it.
-    pub events_applied: usize,
+    /// Number of input events of the history that were applied to the machine.
+    pub input_events_applied: usize,
     /// The follower was notified of the next instruction.
     follower_notified: bool,
     /// Time passes even if nothing can wake the chip, because the end of the run is known.
@@ -44,34 +46,38 @@ pub(super) struct MachineWithFollower {
 }
 
 impl MachineWithFollower {
-    pub fn new(target: Box<dyn DynMachine>, follow: Option<Box<dyn ProgramFollower>>) -> MachineWithFollower {
-        let mut machine = MachineWithFollower {
-            machine: target,
+    /// Returns the machine at the end of a step, with no input event applied.
+    pub fn new(machine: Box<dyn DynMachine>, follow: Option<Box<dyn ProgramFollower>>) -> MachineWithFollower {
+        let mut positioned = MachineWithFollower {
+            machine,
             follower: follow,
-            events_applied: 0,
+            input_events_applied: 0,
             follower_notified: false,
             runs_while_halted: false,
             at_step_end: true,
         };
-        machine.end_step();
-        machine
+        positioned.end_step();
+        positioned
     }
 
+    /// Returns an independent copy of machine and follower.
     pub fn fork(&self) -> MachineWithFollower {
         MachineWithFollower {
             machine: self.machine.fork(),
             follower: self.follower.as_ref().map(|follow| follow.fork()),
-            events_applied: self.events_applied,
+            input_events_applied: self.input_events_applied,
             follower_notified: self.follower_notified,
             runs_while_halted: self.runs_while_halted,
             at_step_end: self.at_step_end,
         }
     }
 
+    /// Returns the machine cycles since power-up.
     pub fn cycle(&self) -> u64 {
         self.machine.cycle()
     }
 
+    /// Returns the maximum size of a copy in bytes.
     pub fn size_in_bytes(&self) -> usize {
         self.machine.size_in_bytes()
             + self.follower.as_ref().map_or(0, |follow| follow.size_in_bytes())
@@ -100,8 +106,8 @@ impl MachineWithFollower {
         probe: &mut dyn DynProbe,
     ) -> StopReason {
         loop {
-            self.apply_due_events(input_events, level, probe);
-            let next = self.next_event_cycle(input_events);
+            self.apply_due_input_events(input_events, level, probe);
+            let next = self.next_input_event_cycle(input_events);
             let (goal, before) = (until.min(next), self.cycle());
             if before >= goal {
                 return StopReason::Limit;
@@ -121,7 +127,7 @@ impl MachineWithFollower {
             }
             if self.cycle() >= next {
                 // Whatever stopped the machine, its state changes now.
-                self.apply_due_events(input_events, level, probe);
+                self.apply_due_input_events(input_events, level, probe);
                 if self.cycle() >= until {
                     return StopReason::Limit;
                 }
@@ -144,12 +150,12 @@ impl MachineWithFollower {
         level: ObserveLevel,
         probe: &mut dyn DynProbe,
     ) -> StopReason {
-        self.apply_due_events(input_events, level, probe);
+        self.apply_due_input_events(input_events, level, probe);
         let (start, pc, counted) = (self.cycle(), self.machine.pc(), self.machine.instructions());
         let mut stopped_at_breakpoint = false;
         loop {
             let before = self.cycle();
-            let next = self.next_event_cycle(input_events);
+            let next = self.next_input_event_cycle(input_events);
             // Sleep ends at the next action of this history.
             self.machine.set_run_while_halted(self.runs_while_halted || next != u64::MAX);
             let stop = self.machine.step_until(next.min(limit), level, probe);
@@ -169,7 +175,7 @@ impl MachineWithFollower {
             if self.cycle() > before {
                 self.follower_notified = false;
             }
-            self.apply_due_events(input_events, level, probe);
+            self.apply_due_input_events(input_events, level, probe);
             let moved = self.machine.pc() != pc || self.machine.instructions() != counted;
             // If nothing is ever due, it sleeps cycle by cycle, and the caller can interrupt it in between.
             let endless = next.min(limit) >= LAST_CYCLE && self.cycle() == before + 1;
@@ -192,11 +198,11 @@ impl MachineWithFollower {
         probe: &mut dyn DynProbe,
     ) -> StopReason {
         let before = self.cycle();
-        let stop = self.machine.step_until(limit.min(self.next_event_cycle(input_events)), level, probe);
+        let stop = self.machine.step_until(limit.min(self.next_input_event_cycle(input_events)), level, probe);
         if self.cycle() > before {
             (self.follower_notified, self.at_step_end) = (false, false);
         }
-        self.apply_due_events(input_events, level, probe);
+        self.apply_due_input_events(input_events, level, probe);
         match stop {
             StopReason::Breakpoint { pc } => {
                 self.note_arrival(pc);
@@ -238,17 +244,23 @@ impl MachineWithFollower {
         }
     }
 
-    /// Returns the cycle of the next action: a run that ends there shows its effect.
-    pub fn next_event_cycle(&self, input_events: &[InputEvent]) -> u64 {
-        input_events.get(self.events_applied).map_or(u64::MAX, |event| event.cycle)
+    /// Returns the cycle of the next input event: a run that ends there shows its effect.
+    pub fn next_input_event_cycle(&self, input_events: &[InputEvent]) -> u64 {
+        input_events.get(self.input_events_applied).map_or(u64::MAX, |event| event.cycle)
     }
 
-    /// Applies the actions that are due up to now.
-    pub fn apply_due_events(&mut self, input_events: &[InputEvent], level: ObserveLevel, probe: &mut dyn DynProbe) {
-        while let Some(event) = input_events.get(self.events_applied).filter(|event| event.cycle <= self.cycle()) {
+    /// Applies the input events that are due up to now.
+    pub fn apply_due_input_events(
+        &mut self,
+        input_events: &[InputEvent],
+        level: ObserveLevel,
+        probe: &mut dyn DynProbe,
+    ) {
+        while let Some(event) = input_events.get(self.input_events_applied).filter(|event| event.cycle <= self.cycle())
+        {
             // An action that fails had failed when it was first applied, and was not recorded.
             _ = self.apply(&event.action, level, probe);
-            self.events_applied += 1;
+            self.input_events_applied += 1;
         }
     }
 

@@ -4,12 +4,13 @@
 //! ```text
 //!   dyn_machine.rs                 any Cpu as a trait object
 //!   session.rs                     running forwards: steps, points, limits
+//!   session_stop.rs                why the session stopped the machine
 //!   step_until.rs                  running step by step
 //!   backwards.rs                   running backwards: nearest copy, then replay
 //!   history.rs                     copies of the machine, user actions
 //!   machine_with_follower.rs       a machine with its follower
 //!   points.rs                      breakpoints and watchpoints
-//!   breakpoint_probe.rs            observes what points wait for
+//!   watchpoint_probe.rs            observes what watchpoints wait for
 //!   breakpoint_locations.rs        breakpoints on functions and source lines
 //!   event_log.rs                   the events of the chip
 //!   call_flow.rs, call_stack.rs    calls and returns, the active calls
@@ -37,7 +38,6 @@
 mod arithmetic;
 mod backwards;
 mod breakpoint_locations;
-mod breakpoint_probe;
 mod c_objects;
 mod c_strings;
 mod c_type_queries;
@@ -60,8 +60,10 @@ mod parse_literals;
 mod points;
 mod scope;
 mod session;
+mod session_stop;
 mod step_until;
 mod values;
+mod watchpoint_probe;
 
 pub use backwards::PassedPosition;
 pub use c_objects::{ObjectByteLocation, ObjectExpr};
@@ -81,5 +83,6 @@ pub use line_positions::{LineOrigin, LinePosition, StepVerdict};
 pub use machine_with_follower::ProgramFollower;
 pub use points::{AccessKind, CallEnd, DebugPoint, DebugPoints, PointTrigger};
 pub use scope::NameScope;
-pub use session::{DebugSession, HaltReason, PointHit, RunGoal, SessionOptions};
+pub use session::{DebugSession, RunGoal, SessionOptions};
+pub use session_stop::{PointHit, SessionStopReason};
 pub use values::RememberedValues;

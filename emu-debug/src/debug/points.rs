@@ -34,19 +34,19 @@ pub enum PointTrigger {
 /// A breakpoint or watchpoint.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DebugPoint {
-    /// Its number, from 1; never reused in a session.
+    /// Number of the point, from 1; never reused in a session.
     pub id: u32,
-    /// The event that it waits for.
+    /// The event that the point waits for.
     pub trigger: PointTrigger,
-    /// The user's text for it.
+    /// The user's text for the trigger.
     pub text: String,
-    /// It is deleted when it stops the machine.
+    /// The point is deleted when it stops the machine.
     pub temporary: bool,
-    /// It is active.
+    /// The point is active.
     pub enabled: bool,
-    /// Number of stops after which it is disabled, if there is a limit.
+    /// Number of stops after which the point is disabled, if there is a limit.
     pub stops_left: Option<u64>,
-    /// It stops the machine only if the value of this expression is not 0.
+    /// The point stops the machine only if the value of this expression is not 0.
     pub condition: Option<DebugExpression>,
     /// The condition as written; empty if there is none.
     pub condition_text: String,
@@ -54,9 +54,9 @@ pub struct DebugPoint {
     pub ignore: u64,
     /// Number of hits so far, including ignored ones; running backwards counts none.
     pub hits: u64,
-    /// Where the call returns whose variables it watches; it is deleted there.
+    /// If the point watches variables of a call: where that call returns. The point is deleted there.
     pub call_end: Option<CallEnd>,
-    /// Commands that the command line executes when it has stopped the machine.
+    /// Commands that the command line executes when the point has stopped the machine.
     pub commands: Vec<String>,
 }
 
@@ -70,19 +70,19 @@ pub struct CallEnd {
 }
 
 impl DebugPoint {
-    /// Reports whether the call whose variables it watches has just returned.
+    /// Returns true if the call whose variables the point watches has just returned.
     #[must_use]
-    pub fn has_left(&self, target: &dyn DynMachine) -> bool {
+    pub fn has_call_returned(&self, machine: &dyn DynMachine) -> bool {
         self.call_end.is_some_and(|end| {
-            target.pc() == end.return_word && target.reg("SP").is_some_and(|sp| sp >= end.stack_pointer)
+            machine.pc() == end.return_word && machine.reg("SP").is_some_and(|sp| sp >= end.stack_pointer)
         })
     }
 
-    /// Reports whether the condition holds now, or there is none. A condition without a value (a floating
+    /// Returns true if the condition holds now, or there is none. A condition without a value (a floating
     /// pin) holds: a superfluous stop is better than a missed one.
     #[must_use]
-    pub fn condition_holds(&self, target: &dyn DynMachine) -> bool {
-        self.condition.as_ref().is_none_or(|condition| condition.evaluate(target).is_none_or(ExpressionValue::is_true))
+    pub fn condition_holds(&self, machine: &dyn DynMachine) -> bool {
+        self.condition.as_ref().is_none_or(|condition| condition.evaluate(machine).is_none_or(ExpressionValue::is_true))
     }
 }
 

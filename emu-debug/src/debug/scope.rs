@@ -94,10 +94,10 @@ impl NameScope {
     pub fn parse_expression_in_frame(
         &self,
         text: &str,
-        target: &dyn DynMachine,
+        machine: &dyn DynMachine,
         level: usize,
     ) -> Result<DebugExpression, DebugError> {
-        parse_expression::parse(self, self.frame_context(target, level).as_ref(), text)
+        parse_expression::parse(self, self.frame_context(machine, level).as_ref(), text)
     }
 
     /// Parses an expression for the machine at a program word: for conditions of breakpoints.
@@ -133,13 +133,13 @@ impl NameScope {
         })
     }
 
-    fn frame_context(&self, target: &dyn DynMachine, level: usize) -> Option<FrameContext> {
+    fn frame_context(&self, machine: &dyn DynMachine, level: usize) -> Option<FrameContext> {
         let calls = self.calls();
         if !self.has_debug_info() {
             return None;
         }
-        let frame = calls.frame(target, level)?;
-        let byte = MachineFrame { target, frame: &frame }.pc_byte();
+        let frame = calls.frame(machine, level)?;
+        let byte = MachineFrame { machine, frame: &frame }.pc_byte();
         let left_out = frame.inlined_skipped;
         Some(FrameContext {
             calls: calls.clone(),
@@ -249,8 +249,8 @@ impl NameScope {
     /// Returns parameters, or other variables, of a frame's function that are in scope, by name; those of the
     /// innermost block first.
     #[must_use]
-    pub fn locals(&self, target: &dyn DynMachine, level: usize, parameters: bool) -> Vec<(String, ObjectExpr)> {
-        let Some(here) = self.frame_context(target, level) else { return Vec::new() };
+    pub fn locals(&self, machine: &dyn DynMachine, level: usize, parameters: bool) -> Vec<(String, ObjectExpr)> {
+        let Some(here) = self.frame_context(machine, level) else { return Vec::new() };
         let wanted = |variable: &&VariableInfo| variable.parameter == parameters;
         let blocks = self.blocks(&here);
         let all =
@@ -290,7 +290,7 @@ impl NameScope {
         super::call_stack::linked_memory_at(self.chip, address)
     }
 
-    /// Reports whether the program describes its functions or variables.
+    /// Returns true if the program describes its functions or variables.
     #[must_use]
     pub fn has_debug_info(&self) -> bool {
         let info = &self.calls().info;
@@ -354,11 +354,11 @@ impl NameScope {
     pub fn parse_watched_range(
         &self,
         text: &str,
-        target: &dyn DynMachine,
+        machine: &dyn DynMachine,
     ) -> Result<(AddressRange, String), DebugError> {
         let text = text.trim();
-        let expr = self.parse_expression_in_frame(text, target, 0);
-        let bit = expr.as_ref().ok().and_then(|expr| expr.place(target));
+        let expr = self.parse_expression_in_frame(text, machine, 0);
+        let bit = expr.as_ref().ok().and_then(|expr| expr.place(machine));
         let (range, name) = match bit {
             Some(ExpressionPlace::Bit { space, addr, bit }) => match bit_space::bits_of_byte(self.chip, space, addr) {
                 Some(AddressRange { space, start, .. }) => {

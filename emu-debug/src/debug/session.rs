@@ -3,10 +3,9 @@
 use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
-use emu_core::cpu::{LAST_CYCLE, ProgramError, StopReason};
+use emu_core::cpu::{LAST_CYCLE, StopReason};
 use emu_core::state::SnapshotDamaged;
 
-use super::breakpoint_probe::{BreakpointProbe, Observation, PointChange, candidate_hits};
 use super::call_flow::{CallFlow, call_flow};
 use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::error::DebugError;
@@ -17,7 +16,9 @@ use super::history::{HistorySize, MachineHistory, MidStepPosition, UserAction};
 use super::machine_with_follower::{MachineWithFollower, ProgramFollower};
 use super::points::{DebugPoints, breakpoint_words};
 use super::scope::NameScope;
+use super::session_stop::{PointHit, SessionStopReason, session_stop_reason};
 use super::step_until::StepLimits;
+use super::watchpoint_probe::{Observation, PointChange, WatchpointProbe, candidate_hits};
 use crate::time::CycleClock;
 
 /// Target host time of a stretch, which is the part of a run between two copies of the machine in the
@@ -28,9 +29,13 @@ pub(super) const HOST_TIME_BETWEEN_COPIES: std::ops::Range<Duration> =
 /// The allowed lengths of a stretch, in machine cycles.
 const CYCLES_BETWEEN_COPIES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
 
-/// Length of the first stretch, in machine cycles. A program that only an external stimulus can change still
-/// runs for that long before the session reports [`HaltReason::BlockedOnInput`].
-pub(super) const FIRST_STRETCH: u64 = 1 << 12;
+/// Length of the first stretch, and of the run that looks for an endless loop, in machine cycles. A program
+/// that only a stimulus can change runs for that long before the session reports
+/// [`SessionStopReason::BlockedOnInput`].
+pub(super) const LOOP_CHECK_CYCLES: u64 = 1 << 12;
+
+/// Number of steps after which a search checks for the first time whether it can end.
+pub(super) const STEPS_BEFORE_LOOP_CHECK: u64 = 1 << 12;
 
 /// Maximum steps of one repetition of a halted AP101: two program cycles of the largest program.
 const MAX_PERIOD_STEPS: u32 = 2 << 12;
@@ -40,58 +45,21 @@ pub struct SessionOptions {
     /// The length of a cycle.
     pub clock: CycleClock,
     /// Maximum size of the copies of the machine, in bytes.
-    pub history_bytes: usize,
+    pub max_copy_bytes: usize,
     /// The follower of the program, such as a ladder view.
     pub follower: Option<Box<dyn ProgramFollower>>,
 }
 
-/// Where a run stops, apart from points.
+/// Where a run of a session stops, in addition to its breakpoints and watchpoints.
 #[derive(Debug, Clone, Default)]
 pub struct RunGoal {
-    /// At this machine cycle at the latest.
+    /// The run stops at this machine cycle at the latest.
     pub until: Option<u64>,
-    /// Before one of these program words.
+    /// The run stops before one of these program words.
     pub words: BTreeSet<u32>,
     /// Time passes up to `until` even if nothing can wake the chip; otherwise the run stops with
-    /// [`HaltReason::Halted`].
+    /// [`SessionStopReason::Halted`].
     pub runs_while_halted: bool,
-}
-
-/// The hit of a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PointHit {
-    /// Number of the point.
-    pub id: u32,
-    /// The previous value of a watched expression.
-    pub old: Option<i64>,
-    /// The current value; for an access, the byte read or written.
-    pub new: Option<i64>,
-    /// For an access: whether it is a write.
-    pub write: Option<bool>,
-    /// Program word of the instruction that caused it; for a breakpoint, the next instruction.
-    pub pc: u32,
-}
-
-/// Why the machine has stopped.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum HaltReason {
-    /// The request is done.
-    Done,
-    /// Points have stopped it.
-    Points(Vec<PointHit>),
-    /// The requested cycle was reached.
-    Limit,
-    /// Nothing can wake the chip any more.
-    Halted,
-    /// Only a stimulus can change what the program does: it waits for a pin, or sleeps with its receiver
-    /// enabled.
-    BlockedOnInput,
-    /// The program cannot continue.
-    Error(ProgramError),
-    /// The user has interrupted the run.
-    Interrupted,
-    /// Running backwards reached the beginning of the history.
-    Beginning,
 }
 
 /// A machine under the debugger.
@@ -102,7 +70,7 @@ pub struct DebugSession {
     pub(super) history: MachineHistory,
     /// Where a run was stopped within a step, until the machine moves other than by steps.
     pub(super) mid_step_position: Option<MidStepPosition>,
-    /// From what a new history is made.
+    /// The parts from which [`DebugSession::load`] makes a new history.
     history_template: HistoryTemplate,
     /// Breakpoints and watchpoints.
     pub points: DebugPoints,
@@ -110,19 +78,19 @@ pub struct DebugSession {
     pub scope: NameScope,
     clock: CycleClock,
     /// The newest events of the chip.
-    pub(super) events: SessionEvents,
+    pub(super) chip_events: SessionEvents,
     /// Length of the next stretch in machine cycles.
     stretch: u64,
     /// Call flow of instructions that were executed, by program word.
     flows: HashMap<u32, CachedCallFlow>,
 }
 
-/// From what the history of a session is made again after a reset of the session.
+/// The parts from which [`DebugSession::load`] makes a new history.
 struct HistoryTemplate {
     /// The follower in its initial state.
     follower: Option<Box<dyn ProgramFollower>>,
     /// Maximum size of the copies of the machine, in bytes.
-    budget_bytes: usize,
+    max_copy_bytes: usize,
 }
 
 /// What an instruction does to the call stack.
@@ -140,21 +108,21 @@ pub(super) type KeepRunning<'a> = &'a mut dyn FnMut() -> bool;
 impl DebugSession {
     /// Returns a session with a machine in its current state, where the history begins.
     #[must_use]
-    pub fn new(target: Box<dyn DynMachine>, scope: NameScope, options: SessionOptions) -> DebugSession {
+    pub fn new(machine: Box<dyn DynMachine>, scope: NameScope, options: SessionOptions) -> DebugSession {
         let history_template = HistoryTemplate {
             follower: options.follower.as_ref().map(|follow| follow.fork()),
-            budget_bytes: options.history_bytes,
+            max_copy_bytes: options.max_copy_bytes,
         };
-        let current = MachineWithFollower::new(target, options.follower);
+        let current = MachineWithFollower::new(machine, options.follower);
         DebugSession {
             history_template,
-            history: MachineHistory::new(&current, options.history_bytes),
+            history: MachineHistory::new(&current, options.max_copy_bytes),
             current,
             mid_step_position: None,
             points: DebugPoints::default(),
             scope,
             clock: options.clock,
-            events: SessionEvents::default(),
+            chip_events: SessionEvents::default(),
             stretch: 1 << 14,
             flows: HashMap::new(),
         }
@@ -172,7 +140,7 @@ impl DebugSession {
         self.current.follower.as_deref()
     }
 
-    /// Reports whether a step has ended here; otherwise a limit or the user has stopped a run within a step,
+    /// Returns true if a step has ended here; otherwise a limit or the user has stopped a run within a step,
     /// such as in sleep.
     #[must_use]
     pub fn is_at_step_end(&self) -> bool {
@@ -215,17 +183,17 @@ impl DebugSession {
     pub fn apply_action(&mut self, action: UserAction) -> Result<(), DebugError> {
         // A failing action may have been applied in part.
         let before = self.current.machine.fork();
-        let mut probe = BreakpointProbe::new(&DebugPoints::default(), &*before);
-        probe.events = Some(std::mem::take(&mut self.events));
+        let mut probe = WatchpointProbe::new(&DebugPoints::default(), &*before);
+        probe.chip_events = Some(std::mem::take(&mut self.chip_events));
         let done = self.current.apply(&action, ObserveLevel::Events, &mut probe);
-        self.events = probe.events.take().unwrap_or_default();
+        self.chip_events = probe.chip_events.take().unwrap_or_default();
         if let Err(why) = done {
             self.current.machine = before;
             return Err(why);
         }
         self.history.branch(&self.current, action);
         self.mid_step_position = None;
-        self.current.events_applied = self.history.input_events.len();
+        self.current.input_events_applied = self.history.input_events.len();
         Ok(())
     }
 
@@ -267,16 +235,16 @@ impl DebugSession {
     /// # Errors
     /// It is not a state of this chip at that cycle; nothing has changed.
     pub fn load(&mut self, state: &[u8], cycle: u64) -> Result<(), SnapshotDamaged> {
-        let mut target = self.current.machine.fork();
-        target.restore(state)?;
-        if target.cycle() != cycle {
+        let mut machine = self.current.machine.fork();
+        machine.restore(state)?;
+        if machine.cycle() != cycle {
             return Err(SnapshotDamaged);
         }
         self.current =
-            MachineWithFollower::new(target, self.history_template.follower.as_ref().map(|follow| follow.fork()));
-        self.history = MachineHistory::new(&self.current, self.history_template.budget_bytes);
+            MachineWithFollower::new(machine, self.history_template.follower.as_ref().map(|follow| follow.fork()));
+        self.history = MachineHistory::new(&self.current, self.history_template.max_copy_bytes);
         self.mid_step_position = None;
-        self.events = SessionEvents::default();
+        self.chip_events = SessionEvents::default();
         self.flows.clear();
         Ok(())
     }
@@ -284,7 +252,7 @@ impl DebugSession {
     /// Steps `n` instructions (an interrupt entry counts as one), or fewer if a watchpoint stops the machine.
     /// Sleep passes, up to the cycle `limit`. If a run was stopped within a sleep before steps back, a step
     /// forward stops there again, so the same number of steps returns to the start.
-    pub fn step_instructions(&mut self, n: u64, limit: u64, keep_running: KeepRunning<'_>) -> HaltReason {
+    pub fn step_instructions(&mut self, n: u64, limit: u64, keep_running: KeepRunning<'_>) -> SessionStopReason {
         self.step_remaining(&mut { n }, limit, false, keep_running)
     }
 
@@ -297,7 +265,7 @@ impl DebugSession {
         limit: u64,
         stops_at_breakpoints: bool,
         keep_running: KeepRunning<'_>,
-    ) -> HaltReason {
+    ) -> SessionStopReason {
         let now = self.current.cycle();
         // A position within a step, at which a run was stopped before, also ends a step.
         let mut stop_within =
@@ -312,36 +280,37 @@ impl DebugSession {
             let Some(reached) = stop_within.take() else { return halt };
             let now = self.current.cycle();
             self.mid_step_position = (now < reached.cycle).then_some(MidStepPosition { returned_to: now, ..reached });
-            if halt != HaltReason::Limit {
+            if halt != SessionStopReason::Limit {
                 return halt;
             }
             *remaining = remaining.saturating_sub(u64::from(!self.current.at_step_end));
             if *remaining == 0 {
-                return HaltReason::Done;
+                return SessionStopReason::Done;
             }
         }
     }
 
     /// Runs until a breakpoint or watchpoint, the goal, or the end of the program. The run consists of
     /// stretches; after each one a copy of the machine is kept, and `keep_running` is asked.
-    pub fn run(&mut self, goal: &RunGoal, keep_running: KeepRunning<'_>) -> HaltReason {
+    pub fn run(&mut self, goal: &RunGoal, keep_running: KeepRunning<'_>) -> SessionStopReason {
         let until = goal.until.unwrap_or(LAST_CYCLE).min(LAST_CYCLE);
         let words = breakpoint_words(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
         let mut has_left_start = !words.contains(&self.current.machine.pc()) || self.current.machine.is_asleep();
-        let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
+        let mut probe = WatchpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = goal.runs_while_halted && goal.until.is_some();
-        let (mut stretch, mut was_blocked) = (FIRST_STRETCH.min(self.stretch), false);
+        let (mut stretch, mut was_blocked) = (LOOP_CHECK_CYCLES.min(self.stretch), false);
         loop {
             if self.current.cycle() >= until {
-                return HaltReason::Limit;
+                return SessionStopReason::Limit;
             }
             let start = (Instant::now(), self.current.cycle());
-            probe.events = Some(std::mem::take(&mut self.events));
+            probe.chip_events = Some(std::mem::take(&mut self.chip_events));
             let input_events = &self.history.input_events;
             // The first step ignores the breakpoints.
             self.current.set_breakpoints(&words);
             let stop = if has_left_start {
-                let end = until.min(start.1.saturating_add(stretch)).min(self.current.next_event_cycle(input_events));
+                let end =
+                    until.min(start.1.saturating_add(stretch)).min(self.current.next_input_event_cycle(input_events));
                 self.current.run(input_events, end, &words, probe.observe_level(), &mut probe)
             } else {
                 has_left_start = true;
@@ -349,7 +318,7 @@ impl DebugSession {
                 self.current.step(input_events, end, probe.observe_level(), &mut probe)
             };
             let stop = if stop == StopReason::Halted { self.run_halted_ap101(&words, until, &mut probe) } else { stop };
-            self.events = probe.events.take().unwrap_or_default();
+            self.chip_events = probe.chip_events.take().unwrap_or_default();
             let observations = std::mem::take(&mut probe.observations);
             let changes = probe.take_changes(&*self.current.machine);
             if start.1 < self.current.cycle() {
@@ -357,26 +326,26 @@ impl DebugSession {
             }
             let hits = self.take_hits(&observations, &changes, stop);
             if !hits.is_empty() {
-                return HaltReason::Points(hits);
+                return SessionStopReason::Points(hits);
             }
             match stop {
                 StopReason::Breakpoint { pc } if goal.words.contains(&pc) => {
-                    return HaltReason::Done;
+                    return SessionStopReason::Done;
                 }
-                // Without an end, a waiting program would run forever, although its time costs nothing.
+                // Without `until`, a program that waits for input would run forever.
                 StopReason::Limit if goal.until.is_none() && self.is_blocked_on_input() => match was_blocked {
-                    true => return HaltReason::BlockedOnInput,
-                    false => (was_blocked, stretch) = (true, FIRST_STRETCH),
+                    true => return SessionStopReason::BlockedOnInput,
+                    false => (was_blocked, stretch) = (true, LOOP_CHECK_CYCLES),
                 },
                 StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {
                     (was_blocked, stretch) = (false, self.stretch)
                 }
-                stop => return halt_reason(stop),
+                stop => return session_stop_reason(stop),
             }
             // The next run would pass a breakpoint that was reached but not reported.
             let is_unreported = stop == StopReason::Limit && words.contains(&self.current.machine.pc());
             if !is_unreported && !keep_running() {
-                return HaltReason::Interrupted;
+                return SessionStopReason::Interrupted;
             }
         }
     }
@@ -384,8 +353,8 @@ impl DebugSession {
     /// Returns what the instruction at a program word does to the call stack, and its length in program
     /// words.
     pub fn call_flow(&mut self, pc: u32) -> (CallFlow, u32) {
-        let (chip, target) = (self.scope.chip(), &*self.current.machine);
-        let read = |word| self::word(target, word);
+        let (chip, machine) = (self.scope.chip(), &*self.current.machine);
+        let read = |word| self::program_word_at(machine, word);
         let first = read(pc);
         match self.flows.get(&pc) {
             Some(known) if known.first_word == first => (known.flow, known.length),
@@ -400,12 +369,12 @@ impl DebugSession {
     /// Returns the content of program memory at a word address; 0 beyond the end of the memory.
     #[must_use]
     pub fn word(&self, address: u32) -> u16 {
-        self::word(&*self.current.machine, address)
+        self::program_word_at(&*self.current.machine, address)
     }
 
     /// Runs a halted AP101 until it reaches one of `words`. It counts as halted because its program no longer
     /// changes anything; but the program still runs, so it is stepped for one whole repetition.
-    fn run_halted_ap101(&mut self, words: &BTreeSet<u32>, until: u64, probe: &mut BreakpointProbe) -> StopReason {
+    fn run_halted_ap101(&mut self, words: &BTreeSet<u32>, until: u64, probe: &mut WatchpointProbe) -> StopReason {
         if !self.scope.chip().is_bit_controller() || words.is_empty() {
             return StopReason::Halted;
         }
@@ -449,13 +418,13 @@ impl DebugSession {
     ) -> Vec<PointHit> {
         let machine = &*self.current.machine;
         let mut hits = candidate_hits(&self.points, machine, observations, changes, stop);
-        let left = self
+        let returned = self
             .points
             .enabled()
-            .filter(|point| stop == (StopReason::Breakpoint { pc: machine.pc() }) && point.has_left(machine));
-        let left: Vec<u32> = left.map(|point| point.id).collect();
+            .filter(|point| stop == (StopReason::Breakpoint { pc: machine.pc() }) && point.has_call_returned(machine));
+        let returned: Vec<u32> = returned.map(|point| point.id).collect();
         hits.retain(|hit| {
-            if left.contains(&hit.id) {
+            if returned.contains(&hit.id) {
                 return false;
             }
             let Some(point) = self.points.get_mut(hit.id).filter(|point| point.condition_holds(machine)) else {
@@ -466,7 +435,7 @@ impl DebugSession {
             point.ignore = point.ignore.saturating_sub(1);
             !passes
         });
-        for &id in &left {
+        for &id in &returned {
             self.points.remove(id);
             hits.push(PointHit { id, old: None, new: None, write: None, pc: machine.pc() });
         }
@@ -474,24 +443,17 @@ impl DebugSession {
         hits
     }
 
-    /// Forgets events after the current cycle.
-    pub(super) fn forget_events(&mut self) {
-        self.events.forget_after(self.current.cycle());
+    /// Forgets the chip events after the current cycle.
+    pub(super) fn forget_chip_events(&mut self) {
+        self.chip_events.forget_after(self.current.cycle());
     }
 }
 
-pub(super) fn halt_reason(stop: StopReason) -> HaltReason {
-    match stop {
-        StopReason::Error(error) => HaltReason::Error(error),
-        StopReason::Halted => HaltReason::Halted,
-        StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => HaltReason::Limit,
-    }
-}
-
-pub(super) fn word(target: &dyn DynMachine, word: u32) -> u16 {
-    let chip = target.chip();
+/// Returns the content of program memory at a word address; 0 beyond the end of the memory.
+pub(super) fn program_word_at(machine: &dyn DynMachine, address: u32) -> u16 {
+    let chip = machine.chip();
     let byte =
-        |n: u32| target.peek(chip.code_space, word.saturating_mul(chip.word_bytes).saturating_add(n)).unwrap_or(0);
+        |n: u32| machine.peek(chip.code_space, address.saturating_mul(chip.word_bytes).saturating_add(n)).unwrap_or(0);
     match chip.word_bytes {
         1 => byte(0).into(),
         _ => u16::from_le_bytes([byte(0), byte(1)]),

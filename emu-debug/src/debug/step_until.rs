@@ -5,13 +5,14 @@ use std::time::Instant;
 
 use emu_core::cpu::{LAST_CYCLE, StopReason};
 
-use super::breakpoint_probe::BreakpointProbe;
 use super::call_flow::CallFlow;
 use super::dyn_machine::ObserveLevel;
 use super::points::{PointTrigger, breakpoint_words};
-use super::session::{DebugSession, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, HaltReason, KeepRunning, halt_reason};
+use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, KeepRunning, LOOP_CHECK_CYCLES, STEPS_BEFORE_LOOP_CHECK};
+use super::session_stop::{SessionStopReason, session_stop_reason};
+use super::watchpoint_probe::WatchpointProbe;
 
-/// Where a series of steps ends, apart from its test.
+/// Where a series of steps ends, in addition to its test.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepLimits {
     /// Machine cycle that steps do not pass.
@@ -32,7 +33,7 @@ impl DebugSession {
         stops_at_breakpoints: bool,
         keep_running: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
-    ) -> HaltReason {
+    ) -> SessionStopReason {
         let detects_endless_loops = limit == LAST_CYCLE;
         let limits = StepLimits { cycle: limit, stops_at_breakpoints, detects_endless_loops };
         self.step_until_with(limits, keep_running, test)
@@ -44,27 +45,27 @@ impl DebugSession {
         limits: StepLimits,
         keep_running: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
-    ) -> HaltReason {
+    ) -> SessionStopReason {
         let StepLimits { cycle: limit, stops_at_breakpoints, detects_endless_loops } = limits;
         self.current.set_breakpoints(&BTreeSet::new());
-        let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
+        let mut probe = WatchpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = limit < LAST_CYCLE;
         let (mut since, mut slept, mut steps) = (Instant::now(), 0u64, 0u64);
-        let mut stuck: Option<(u64, HaltReason)> = None;
+        let mut stuck: Option<(u64, SessionStopReason)> = None;
         loop {
             if self.current.cycle() >= limit {
-                return HaltReason::Limit;
+                return SessionStopReason::Limit;
             }
             let flow = self.call_flow(self.current.machine.pc()).0;
             let entered = probe.interrupts_entered;
-            probe.events = Some(std::mem::take(&mut self.events));
+            probe.chip_events = Some(std::mem::take(&mut self.chip_events));
             let level = probe.observe_level().max(ObserveLevel::Events);
             let stop = self.current.step(&self.history.input_events, limit, level, &mut probe);
-            self.events = probe.events.take().unwrap_or_default();
+            self.chip_events = probe.chip_events.take().unwrap_or_default();
             let observations = std::mem::take(&mut probe.observations);
             let changes = probe.take_changes(&*self.current.machine);
             let irq = probe.interrupts_entered > entered;
-            self.forget_events();
+            self.forget_chip_events();
             if since.elapsed() > HOST_TIME_BETWEEN_COPIES.start {
                 self.keep_copy(since.elapsed(), 0);
                 since = Instant::now();
@@ -75,32 +76,32 @@ impl DebugSession {
             let hits = self.take_hits(&observations, &changes, if stop == StopReason::Limit { reached } else { stop });
             let done = stop == StopReason::Limit && self.current.at_step_end && test(self, flow, irq);
             if !hits.is_empty() {
-                return HaltReason::Points(hits);
+                return SessionStopReason::Points(hits);
             }
             match stop {
-                _ if done => return HaltReason::Done,
+                _ if done => return SessionStopReason::Done,
                 StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {}
-                stop => return halt_reason(stop),
+                stop => return session_stop_reason(stop),
             }
             // At increasing intervals, because the check runs a copy and is expensive during a long sleep.
             slept = if self.current.at_step_end { 0 } else { slept + 1 };
             if slept.is_power_of_two() && limit == LAST_CYCLE && self.is_blocked_on_input() {
-                return HaltReason::BlockedOnInput;
+                return SessionStopReason::BlockedOnInput;
             }
             steps += u64::from(detects_endless_loops);
-            if steps >= FIRST_STRETCH && steps.is_power_of_two() && stuck.is_none() {
-                stuck = self.endless_loop().map(|why| (self.current.cycle() + 2 * FIRST_STRETCH, why));
+            if steps >= STEPS_BEFORE_LOOP_CHECK && steps.is_power_of_two() && stuck.is_none() {
+                stuck = self.endless_loop().map(|why| (self.current.cycle() + 2 * LOOP_CHECK_CYCLES, why));
             }
             if let Some((_, why)) = stuck.take_if(|stuck| self.current.cycle() > stuck.0) {
                 return why;
             }
             if !keep_running() {
-                return HaltReason::Interrupted;
+                return SessionStopReason::Interrupted;
             }
         }
     }
 
-    /// Reports whether the instruction at `pc` has a breakpoint and is executed next. A pending interrupt is
+    /// Returns true if the instruction at `pc` has a breakpoint and is executed next. A pending interrupt is
     /// taken first: then the breakpoint stops the machine after the service routine, as in a run.
     fn reaches_breakpoint(&self, pc: u32) -> bool {
         if !breakpoint_words(&self.points).any(|word| word == pc) {
@@ -115,28 +116,28 @@ impl DebugSession {
             || copy.instructions() > self.current.machine.instructions()
     }
 
-    /// Reports whether only a stimulus can change what the program does
+    /// Returns true if only a stimulus can change what the program does
     /// ([`DynMachine::is_blocked_on_input`](super::DynMachine::is_blocked_on_input)), none is pending, and no
     /// point depends on time.
     pub(super) fn is_blocked_on_input(&self) -> bool {
         let timed = |what: &PointTrigger| matches!(what, PointTrigger::Change(expr) if expr.depends_only_on_time());
-        self.current.next_event_cycle(&self.history.input_events) == u64::MAX
+        self.current.next_input_event_cycle(&self.history.input_events) == u64::MAX
             && !self.points.enabled().any(|point| timed(&point.trigger))
             && self.current.machine.is_blocked_on_input()
     }
 
-    /// Returns the reason why a search never ends, if it can be determined: within [`FIRST_STRETCH`] cycles
-    /// the program repeats in a loop without an exit.
-    fn endless_loop(&self) -> Option<HaltReason> {
-        if self.current.next_event_cycle(&self.history.input_events) != u64::MAX {
+    /// Returns the reason why a search never ends, if it can be determined: within [`LOOP_CHECK_CYCLES`]
+    /// cycles the program repeats in a loop without an exit.
+    fn endless_loop(&self) -> Option<SessionStopReason> {
+        if self.current.next_input_event_cycle(&self.history.input_events) != u64::MAX {
             return None;
         }
         if self.is_blocked_on_input() {
-            return Some(HaltReason::BlockedOnInput);
+            return Some(SessionStopReason::BlockedOnInput);
         }
         let mut copy = self.current.machine.fork();
         copy.set_run_while_halted(false);
-        (copy.run(copy.cycle() + FIRST_STRETCH, ObserveLevel::Nothing, &mut ()) == StopReason::Halted)
-            .then_some(HaltReason::Halted)
+        (copy.run(copy.cycle() + LOOP_CHECK_CYCLES, ObserveLevel::Nothing, &mut ()) == StopReason::Halted)
+            .then_some(SessionStopReason::Halted)
     }
 }

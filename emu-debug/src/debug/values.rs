@@ -21,7 +21,7 @@ impl RememberedValues {
         self.history.len()
     }
 
-    /// Reports whether the history is empty.
+    /// Returns true if the history is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.history.is_empty()
@@ -59,10 +59,10 @@ impl RememberedValues {
 impl DebugExpression {
     /// Returns the current value as a constant; `None` if it has none.
     #[must_use]
-    pub fn kept(&self, target: &dyn DynMachine) -> Option<DebugExpression> {
+    pub fn kept(&self, machine: &dyn DynMachine) -> Option<DebugExpression> {
         match self {
-            DebugExpression::Object(object) => Some(DebugExpression::Object(Box::new(object.kept(target)))),
-            other => Some(match other.evaluate(target)? {
+            DebugExpression::Object(object) => Some(DebugExpression::Object(Box::new(object.kept(machine)))),
+            other => Some(match other.evaluate(machine)? {
                 super::ExpressionValue::Whole(value) => DebugExpression::Number(value),
                 super::ExpressionValue::Real(value, _) => DebugExpression::Real(value.to_bits()),
             }),

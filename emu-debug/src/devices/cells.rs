@@ -26,7 +26,7 @@ impl SharedBytes {
         self.len
     }
 
-    /// Reports whether there are no bytes.
+    /// Returns true if there are no bytes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0

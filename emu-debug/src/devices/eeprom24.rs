@@ -142,7 +142,7 @@ impl Eeprom24 {
         address < 0x80 && control & 0xF0 == 0xA0 && control & 0x0E & !self.kind.select == 0
     }
 
-    /// Reports whether it answers to a seven-bit address with the current levels of A0 to A2; types with
+    /// Returns true if it answers to a seven-bit address with the current levels of A0 to A2; types with
     /// fewer of these lines answer to several.
     #[must_use]
     pub fn is_addressed_by(&self, address: u8) -> bool {

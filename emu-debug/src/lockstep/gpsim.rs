@@ -67,7 +67,7 @@ impl GpsimPeer {
     }
 }
 
-/// Reports whether the line answers the last command: the cycle counter, as `N = 0xN`.
+/// Returns true if the line answers the last command: the cycle counter, as `N = 0xN`.
 fn is_last_line(line: &str) -> bool {
     line.split_once(" = 0x").is_some_and(|(name, _)| !name.is_empty() && name.bytes().all(|b| b.is_ascii_digit()))
 }

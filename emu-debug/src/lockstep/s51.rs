@@ -64,7 +64,7 @@ impl S51Peer {
     }
 }
 
-/// Reports whether the line is the last that `state` prints.
+/// Returns true if the line is the last that `state` prints.
 fn is_last_line(line: &str) -> bool {
     line.starts_with("Simulation:")
 }

@@ -156,7 +156,7 @@ fn split_packet(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
     Some((String::from_utf8_lossy(bytes.get(from..from + len)?).into_owned(), rest.to_vec()))
 }
 
-/// Reports whether simavr lists the chip as known.
+/// Returns true if simavr lists the chip as known.
 fn is_chip_known(start: &PeerStart<'_>, chip: &str) -> io::Result<bool> {
     let mut pipe = PeerPipe::start(start, &["--list-cores"])?;
     let lines = pipe.read_to_end()?;

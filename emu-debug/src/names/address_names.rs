@@ -129,7 +129,7 @@ impl AddressNames<'_> {
         }
     }
 
-    /// Reports whether the address is a core register, or a bit of one.
+    /// Returns true if the address is a core register, or a bit of one.
     fn is_accessed_implicitly(&self, space: &str, addr: u32) -> bool {
         let byte = if space == BIT_SPACE {
             bit_space::byte_of_bit(self.chip, addr).map(|at| (at.space, at.byte))

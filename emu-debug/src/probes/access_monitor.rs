@@ -11,7 +11,7 @@ use crate::names::bit_space::{self, BIT_SPACE};
 /// An access that matches a watch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WatchedAccess {
-    /// Position of the watch that it matches.
+    /// Index of the watch in the list that [`AccessMonitor::new`] got.
     pub watch: usize,
     /// Program word of the instruction.
     pub pc: u32,
@@ -37,7 +37,7 @@ pub struct AccessMonitor {
     watches: Vec<AccessWatch>,
     /// Program words whose fetch is watched.
     awaited_fetches: Vec<u32>,
-    /// Position in `awaited_fetches` of the word that was fetched.
+    /// Index in `awaited_fetches` of the word that was fetched.
     pub seen_fetch: Option<usize>,
     unwritten_ram: Option<UnwrittenRam>,
     /// Program word of the current instruction.
@@ -96,7 +96,7 @@ impl AccessMonitor {
         AccessMonitor { awaited_fetches: fetches, ..self }
     }
 
-    /// Returns the access for the report if a watch matches it.
+    /// Returns the access if a watch matches it.
     fn find_watched_access(&self, space: &'static str, addr: u16, value: u8, write: bool) -> Option<WatchedAccess> {
         self.watches.iter().enumerate().filter(|(_, w)| w.write == write).find_map(|(watch, w)| {
             let MatchedAccess { space, addr, value } = w.matching_access(self.chip, space, addr, value)?;
@@ -116,7 +116,7 @@ pub(crate) struct MatchedAccess {
 }
 
 impl AccessWatch {
-    /// Returns an access for the report if it touches the range.
+    /// Returns the access if it touches the range.
     pub(crate) fn matching_access(
         &self,
         chip: &Chip,
@@ -204,7 +204,7 @@ impl Probe for AccessMonitor {
             .and_then(|unwritten_ram| unwritten_ram.note_access(self.chip, space, addr, write));
         let space = self.chip.spaces.get(usize::from(space)).map_or("", |(name, ..)| name);
         if unwritten_read.is_some() && self.unwritten_read.is_none() {
-            self.unwritten_read = Some((self.pc, ProgramFault::UninitialisedRead { space, addr }));
+            self.unwritten_read = Some((self.pc, ProgramFault::UnwrittenRead { space, addr }));
         }
         if self.first_access.is_none() {
             self.first_access = self.find_watched_access(space, addr, value, write);

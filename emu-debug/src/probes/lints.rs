@@ -124,7 +124,7 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
                 match names.symbols.iter().find(|s| s.space == names.chip.ram_space && s.addr == u32::from(limit)) {
                     _ if limit == names.chip.ram_start => format!("0x{limit:04x}, where RAM begins"),
                     Some(symbol) => format!("0x{limit:04x} ({})", symbol.name),
-                    None => format!("0x{limit:04x}, up to where the heap reaches"),
+                    None => format!("0x{limit:04x}, the end of the heap"),
                 };
             format!("the stack grows below {limit}")
         }

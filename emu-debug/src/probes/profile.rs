@@ -17,16 +17,16 @@ const WORD_COUNT: usize = 0x1_0000;
 /// more.
 const MAX_NESTED_SERVICES: usize = 64;
 
-/// Services of an interrupt.
+/// How often an interrupt was served, and how long that took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct InterruptService {
-    /// How often it was entered.
-    pub count: u64,
-    /// Cycles from the entry to the end of the instruction that ends the service, including nested
-    /// interrupts.
-    pub total: u64,
-    /// The longest service in cycles.
-    pub longest: u64,
+pub struct InterruptStatistics {
+    /// Number of entries.
+    pub entry_count: u64,
+    /// Machine cycles from each entry to the end of the instruction that ends the service, added up; nested
+    /// interrupts are included.
+    pub total_cycles: u64,
+    /// Machine cycles of the longest service.
+    pub longest_cycles: u64,
 }
 
 /// The cycles of one instruction.
@@ -36,8 +36,8 @@ pub struct InstructionCycles {
     pub interrupt: Option<u8>,
     /// Program word of the instruction.
     pub word: u32,
-    /// Machine cycles.
-    pub count: u64,
+    /// Machine cycles of the instruction.
+    pub cycles: u64,
 }
 
 /// Counts cycles. Iterations of a polling loop are skipped, as in a run without probes; their cycles are
@@ -48,14 +48,14 @@ pub struct CycleProfile {
     facts: Vec<InstructionFacts>,
     /// Cycles by active interrupt, if there is one, and by program word.
     cycles: BTreeMap<Option<u8>, Vec<u64>>,
-    /// Cycles in which the core was stopped, by active interrupt.
+    /// Idle cycles, in which the core executes nothing (it sleeps or is stopped), by active interrupt.
     idle: BTreeMap<Option<u8>, u64>,
     /// Cycles of interrupt entries after which another interrupt was entered before the first instruction of
     /// the service, by the interrupt that was entered first.
     entries: BTreeMap<Option<u8>, u64>,
     /// Cycles before the first instruction.
     before_first: u64,
-    services: BTreeMap<u8, InterruptService>,
+    services: BTreeMap<u8, InterruptStatistics>,
     /// Active services: vector and cycle.
     open_services: Vec<(u8, u64)>,
     current: CycleOwner,
@@ -153,8 +153,8 @@ impl CycleProfile {
         if let Some((vector, start)) = self.open_services.pop() {
             let service = self.services.entry(vector).or_default();
             let duration = now.saturating_sub(start);
-            service.total += duration;
-            service.longest = service.longest.max(duration);
+            service.total_cycles += duration;
+            service.longest_cycles = service.longest_cycles.max(duration);
         }
     }
 
@@ -176,13 +176,13 @@ impl CycleProfile {
     /// Returns the cycles of the instructions that took any.
     pub fn cycles(&self) -> impl Iterator<Item = InstructionCycles> {
         let words = |(interrupt, cycles)| {
-            (0..).zip(cycles).map(move |(word, count)| InstructionCycles { interrupt, word, count })
+            (0..).zip(cycles).map(move |(word, count)| InstructionCycles { interrupt, word, cycles: count })
         };
         let all = self.cycles.iter().map(|(serving, cycles)| (*serving, cycles.iter().copied())).flat_map(words);
-        all.filter(|one| one.count > 0)
+        all.filter(|one| one.cycles > 0)
     }
 
-    /// Returns the cycles in which the core slept or was stalled, by active interrupt.
+    /// Returns the idle cycles, in which the core executes nothing, by active interrupt.
     pub fn idle(&self) -> impl Iterator<Item = (Option<u8>, u64)> {
         self.idle.iter().map(|(serving, count)| (*serving, *count))
     }
@@ -199,8 +199,8 @@ impl CycleProfile {
         self.before_first
     }
 
-    /// Returns the services by vector.
-    pub fn services(&self) -> impl Iterator<Item = (u8, InterruptService)> {
+    /// Returns the statistics of interrupts, by vector.
+    pub fn services(&self) -> impl Iterator<Item = (u8, InterruptStatistics)> {
         self.services.iter().map(|(vector, service)| (*vector, *service))
     }
 
@@ -208,7 +208,7 @@ impl CycleProfile {
     #[must_use]
     pub fn total_cycles(&self) -> u64 {
         let without_instruction = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
-        self.before_first + without_instruction + self.cycles().map(|one| one.count).sum::<u64>()
+        self.before_first + without_instruction + self.cycles().map(|one| one.cycles).sum::<u64>()
     }
 }
 
@@ -240,7 +240,7 @@ impl Probe for CycleProfile {
 
     fn on_interrupt(&mut self, at: u64, vector: u8) {
         self.count(at, None);
-        self.services.entry(vector).or_default().count += 1;
+        self.services.entry(vector).or_default().entry_count += 1;
         if self.open_services.len() == MAX_NESTED_SERVICES {
             self.open_services.remove(0);
         }

@@ -9,13 +9,14 @@ pub struct UartLog {
 }
 
 impl UartLog {
-    /// Waits for `texts`; the first that ends at a byte counts.
+    /// Returns an empty log that searches for `texts`. If several texts end at one byte, the first in the
+    /// list counts.
     #[must_use]
     pub fn new(texts: Vec<Vec<u8>>) -> UartLog {
         UartLog { sent: Vec::new(), texts }
     }
 
-    /// Adds a sent byte; returns the position of a text that ends with it.
+    /// Adds a sent byte; returns the index of a text that ends with it.
     pub fn push_byte(&mut self, byte: u8) -> Option<usize> {
         self.sent.push(byte);
         self.texts.iter().position(|text| self.sent.ends_with(text))

@@ -152,7 +152,7 @@ impl WaveWriter {
         }
     }
 
-    /// Reports whether a write failed.
+    /// Returns true if a write failed.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.first_error.is_some()

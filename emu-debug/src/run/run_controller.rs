@@ -10,11 +10,11 @@ pub(crate) const CYCLES_BETWEEN_DECISIONS: u64 = 1 << 22;
 /// How a run continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunDecision {
-    /// Up to this machine cycle, or until an event in [`StretchWatch`].
+    /// The run continues up to this machine cycle, or until an event in [`StretchWatch`].
     RunUntil(u64),
-    /// It ends: the controller does not wait any longer.
+    /// The run ends: the controller does not wait any longer.
     StopWaiting,
-    /// It ends: the controller has finished.
+    /// The run ends: the controller has finished.
     Finished,
 }
 
@@ -31,9 +31,10 @@ pub struct StretchWatch {
 
 /// Controls a run. It may apply stimuli to the machine.
 pub trait RunController<C> {
-    /// Decides how the run continues; `sent` is all that the chip has sent so far.
-    fn next_decision(&mut self, cpu: &mut C, sent: &[u8], watched: &mut StretchWatch) -> RunDecision;
-    /// Reports whether the run continues even after its awaited text.
+    /// Decides how the run continues. `sent` is all that the chip has sent so far. Sets in `stretch_watch`
+    /// which events also end the next stretch.
+    fn next_decision(&mut self, cpu: &mut C, sent: &[u8], stretch_watch: &mut StretchWatch) -> RunDecision;
+    /// Returns true if the run continues even after its awaited text.
     fn is_waiting(&self) -> bool {
         false
     }

@@ -22,16 +22,16 @@ use crate::trace::{self, TraceProbe};
 /// The conditions that end a run.
 #[derive(Debug, Clone, Default)]
 pub struct RunPlan {
-    /// Machine cycle at which it ends at the latest.
+    /// Machine cycle at which the run ends at the latest.
     pub limit: u64,
-    /// Conditions; any of them ends it.
+    /// Conditions; any of them ends the run.
     pub until: Vec<StopCondition>,
-    /// A text in the serial output that ends it with success, unless the controller still waits
+    /// A text in the serial output that ends the run with success, unless the controller still waits
     /// ([`RunController::is_waiting`]).
     pub expect: Option<Vec<u8>>,
-    /// A text in the serial output that ends it with failure.
+    /// A text in the serial output that ends the run with failure.
     pub fail: Option<Vec<u8>>,
-    /// A read of unwritten RAM ends it as a fault.
+    /// A read of unwritten RAM ends the run as a fault.
     pub stop_on_unwritten_read: bool,
     /// Ranges of data memory that the image initializes; they count as written.
     pub initialized: Vec<AddressRange>,
@@ -45,21 +45,23 @@ pub struct RunPlan {
 /// other texts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunEnd {
-    /// [`RunPlan::limit`].
+    /// The run reached the cycle [`RunPlan::limit`].
     Limit,
     /// The program has ended: nothing can wake the chip any more.
     Halted,
-    /// A condition of [`RunPlan::until`], by position; with the access if it waited for one.
+    /// A condition of [`RunPlan::until`] became true, by its index; with the access if it waited for one.
     Until(usize, Option<WatchedAccess>),
-    /// The text of [`RunPlan::expect`].
+    /// The chip sent the text of [`RunPlan::expect`].
     Expected,
-    /// The text of [`RunPlan::fail`].
+    /// The chip sent the text of [`RunPlan::fail`].
     Failed,
     /// The program cannot continue, or read unwritten memory.
     Error(ProgramError),
-    /// The controller did not continue.
-    Declined,
-    /// The user interrupted the controller.
+    /// The controller stopped waiting ([`RunDecision::StopWaiting`]), or the trace or the waveform cannot be
+    /// written.
+    StoppedWaiting,
+    /// The user interrupted the run. The runner does not return this: its caller puts it in place of
+    /// [`RunEnd::StoppedWaiting`].
     Interrupted,
     /// The controller has finished.
     Finished,
@@ -68,7 +70,7 @@ pub enum RunEnd {
 /// The result of a run.
 #[derive(Debug)]
 pub struct RunResult {
-    /// The reason of its end.
+    /// Why the run ended.
     pub reason: RunEnd,
     /// The bytes that the chip sent over its first serial port.
     pub uart: Vec<u8>,
@@ -92,7 +94,8 @@ pub fn run<C: Cpu>(
     run_with_devices(&mut AttachedDevices::new(Vec::new(), clock), cpu, plan, wave, &mut ContinueCallback(keep_waiting))
 }
 
-/// Calls [`run`] with devices at the pins.
+/// Runs `cpu` as [`run`] does, with devices at its pins. `controller` decides before each stretch whether and
+/// how far the run continues.
 pub fn run_with_devices<C: Cpu>(
     devices: &mut AttachedDevices,
     cpu: &mut C,
@@ -118,7 +121,8 @@ pub trait RunProbe: Probe {
 
 impl RunProbe for () {}
 
-/// Calls [`run_with_devices`] with an additional probe, and traces each instruction with `trace`.
+/// Runs `cpu` as [`run_with_devices`] does, with an additional probe. `trace`, if given, records each
+/// instruction.
 pub fn run_with_probe<C: Cpu, A: RunProbe>(
     (cpu, devices): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,
@@ -180,7 +184,7 @@ impl RunObserver for CombinedProbe<'_, '_> {
     fn end_reason(&self, plan: &RunPlan) -> Option<RunEnd> {
         // A trace that can no longer be written ends the run.
         let failed = self.trace.as_ref().is_some_and(|trace| trace.has_failed());
-        plan.end_reason(&self.access_monitor).or(failed.then_some(RunEnd::Declined))
+        plan.end_reason(&self.access_monitor).or(failed.then_some(RunEnd::StoppedWaiting))
     }
 
     fn run_machine<C: Cpu>(cpu: &mut C, until: u64, probes: &mut RunProbes<&mut Self>) -> StopReason {
@@ -205,7 +209,7 @@ pub fn shown_pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<PinLevel>> {
 }
 
 impl RunPlan {
-    /// Reports whether every instruction and every access must be observed.
+    /// Returns true if every instruction and every access must be observed.
     fn needs_every_access(&self) -> bool {
         let is_access = |until: &StopCondition| {
             matches!(until, StopCondition::Read(_) | StopCondition::Write(_) | StopCondition::Fetch(_))
@@ -297,7 +301,7 @@ fn run_until_end<C: Cpu, L: RunObserver>(
     let observed_end = |probes: &RunProbes<&mut L>| {
         let text = probes.found_text.and_then(|i| end_of_text.get(i).copied());
         // A waveform that can no longer be written ends the run.
-        let wave_failed = probes.wave.as_ref().is_some_and(WaveWriter::has_failed).then_some(RunEnd::Declined);
+        let wave_failed = probes.wave.as_ref().is_some_and(WaveWriter::has_failed).then_some(RunEnd::StoppedWaiting);
         let pin = || probes.found_pin.and_then(|i| pin_conditions.get(i)).map(|&i| RunEnd::Until(i, None));
         probes.inner.end_reason(plan).or(text).or_else(pin).or(wave_failed)
     };
@@ -312,7 +316,7 @@ fn run_until_end<C: Cpu, L: RunObserver>(
             RunDecision::RunUntil(cycle) => {
                 plan.limit.min(cycle).min(cpu.cycle().saturating_add(CYCLES_BETWEEN_DECISIONS))
             }
-            RunDecision::StopWaiting => break RunEnd::Declined,
+            RunDecision::StopWaiting => break RunEnd::StoppedWaiting,
             RunDecision::Finished => {
                 // Shows the effect of the last actions.
                 devices.run_with(cpu, cpu.cycle(), &mut probes, L::run_machine);

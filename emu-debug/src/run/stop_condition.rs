@@ -31,7 +31,7 @@ pub enum StopCondition {
 /// `uart "text"`.
 ///
 /// # Errors
-/// Not such a text, or an address or pin that the chip does not have.
+/// The text is not a condition, or it names an address or a pin that the chip does not have.
 pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondition, InputError> {
     let text = text.trim();
     let (word, rest) = text.split_once([' ', '=']).unwrap_or((text, ""));
@@ -90,7 +90,7 @@ impl StopCondition {
     }
 }
 
-/// Reports whether `text` contains a quote without a backslash before it.
+/// Returns true if `text` contains a quote without a backslash before it.
 fn has_unescaped_quote(text: &str) -> bool {
     let mut chars = text.chars();
     while let Some(c) = chars.next() {

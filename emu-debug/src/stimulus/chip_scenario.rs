@@ -43,9 +43,9 @@ pub struct ChipResolver<'a> {
     pub names: AddressNames<'a>,
     /// The oscillator clock.
     pub clock: CycleClock,
-    /// Reports whether the machine has a byte at an address of a memory.
+    /// Returns true if the machine has a byte at an address of a memory.
     pub has_byte: &'a dyn Fn(&str, u32) -> bool,
-    /// Reports whether the machine, as configured, has a pin.
+    /// Returns true if the machine, as configured, has a pin.
     pub has_pin: &'a dyn Fn(PinId) -> bool,
     /// Checks that the machine accepts a drive.
     pub check_drive: &'a dyn Fn(ExternalDrive) -> Result<(), InputError>,
@@ -73,7 +73,7 @@ pub struct ChipBindings {
 }
 
 impl ChipBindings {
-    /// Reports whether this input is a drive from outside and not a write to memory.
+    /// Returns true if this input is a drive from outside and not a write to memory.
     #[must_use]
     pub fn is_external_drive(&self, input: usize) -> bool {
         !matches!(self.stimuli.get(input), Some((ChipStimulus::Poke(..), ..)))

@@ -125,7 +125,7 @@ impl WrittenQuantity<'_> {
     }
 }
 
-/// Reports whether the integer part has more digits than allowed; leading zeros do not count.
+/// Returns true if the integer part has more digits than allowed; leading zeros do not count.
 fn too_many_digits(number: &str) -> bool {
     let whole = number.split('.').next().unwrap_or_default();
     whole.trim_start_matches('0').len() > MAX_DIGITS

@@ -250,7 +250,7 @@ impl<'a> TraceLineWriter<'a> {
 }
 
 impl CachedInstruction {
-    /// Reports whether program memory still contains it.
+    /// Returns true if program memory still contains it.
     fn is_current<C: Cpu>(&self, cpu: &C, pc: u32) -> bool {
         let chip = cpu.chip();
         let byte = pc.saturating_mul(chip.word_bytes);
@@ -283,7 +283,7 @@ fn place_name<'p>(
     })
 }
 
-/// Reports whether an address of this memory is a single bit.
+/// Returns true if an address of this memory is a single bit.
 fn is_bit_space(chip: &Chip, space: u8) -> bool {
     let space = chip.spaces.get(usize::from(space));
     space.is_some_and(|&(name, _, width)| name == BIT_SPACE || chip.is_bit_controller() && width == 1)

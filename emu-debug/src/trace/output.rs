@@ -40,7 +40,7 @@ impl<'a> TraceOutput<'a> {
         TraceOutput { lines, out, sink, chunk, ring: VecDeque::new(), first_error: None }
     }
 
-    /// Reports whether a write failed.
+    /// Returns true if a write failed.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.first_error.is_some()

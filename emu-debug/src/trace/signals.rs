@@ -120,14 +120,14 @@ impl TraceSignals {
         self.list.iter().zip(&self.values).map(column).collect()
     }
 
-    /// Reports whether a signal may change with any instruction, or without one, so that it must be sampled
+    /// Returns true if a signal may change with any instruction, or without one, so that it must be sampled
     /// after each.
     #[must_use]
     pub fn changes_with_any_instruction(&self) -> bool {
         self.any_instruction
     }
 
-    /// Reports whether a write to an address of a memory may change a signal.
+    /// Returns true if a write to an address of a memory may change a signal.
     #[must_use]
     pub fn is_changed_by_write(&self, space: u8, addr: u16) -> bool {
         let at = |addr: u32| self.written.get(addr as usize) == Some(&true);

@@ -61,18 +61,18 @@ impl<'a> TraceProbe<'a> {
         }
     }
 
-    /// Reports whether the trace cannot be written.
+    /// Returns true if the trace cannot be written.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.trace.as_ref().is_some_and(TraceOutput::has_failed)
     }
 
-    /// Reports whether a line is written for the instruction at `pc`.
+    /// Returns true if a line is written for the instruction at `pc`.
     fn is_traced(&self, pc: u32) -> bool {
         self.trace.is_some() && self.traced_words.as_ref().is_none_or(|traced_words| traced_words.contains(pc))
     }
 
-    /// Reports whether the step at `pc` is observed.
+    /// Returns true if the step at `pc` is observed.
     fn needs_step(&self, pc: u32) -> bool {
         self.every_instruction || self.is_traced(pc)
     }

@@ -23,13 +23,13 @@ impl WordSet {
         }
     }
 
-    /// Reports whether the word is in the set.
+    /// Returns true if the word is in the set.
     #[must_use]
     pub fn contains(&self, word: u32) -> bool {
         self.bits.get(word as usize / 64).is_some_and(|bits| bits >> (word % 64) & 1 != 0)
     }
 
-    /// Reports whether the set is empty.
+    /// Returns true if the set is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.bits.iter().all(|bits| *bits == 0)

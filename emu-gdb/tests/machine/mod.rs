@@ -19,7 +19,7 @@ pub fn chip(name: &str) -> &'static Chip {
 pub fn session(chip: &'static Chip, image: &Image) -> DebugSession {
     use emu_core::chip::ChipFamily;
     let hz = chip.default_hz;
-    let target = match chip.family {
+    let machine = match chip.family {
         ChipFamily::Avr => emu_avr::Avr::new(chip, image, RamInit::Zero).boxed(hz),
         ChipFamily::Mcs51 => emu_8051::Mcs51::new(chip, image, RamInit::Zero).boxed(hz),
         ChipFamily::Pic16 => emu_pic16::Pic16::new(chip, image, RamInit::Zero).boxed(hz),
@@ -28,8 +28,8 @@ pub fn session(chip: &'static Chip, image: &Image) -> DebugSession {
     let mut scope = NameScope::new(chip);
     scope.symbols = image.symbols.clone();
     scope.lines = image.lines.clone();
-    let clock = CycleClock { hz, clocks_per_cycle: target.clocks_per_cycle() };
-    DebugSession::new(target, scope, SessionOptions { clock, history_bytes: 64 << 20, follower: None })
+    let clock = CycleClock { hz, clocks_per_cycle: machine.clocks_per_cycle() };
+    DebugSession::new(machine, scope, SessionOptions { clock, max_copy_bytes: 64 << 20, follower: None })
 }
 
 /// Starts a server for one client, or with `persist` for one client after another. Returns its address, and a

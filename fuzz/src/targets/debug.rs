@@ -107,7 +107,7 @@ fn ladder() -> Result<OpenedMachine, LaunchError> {
     let (target, clock) = machines::visit_machine(chip, &image, machines::ToDynMachine);
     let mut scope = emu_debug::debug::NameScope::new(chip);
     scope.ladder = view.symbols();
-    let options = SessionOptions { clock, history_bytes: 4 << 20, follower: Some(view.follower()) };
+    let options = SessionOptions { clock, max_copy_bytes: 4 << 20, follower: Some(view.follower()) };
     Ok(OpenedMachine { session: DebugSession::new(target, scope, options), view: Some(view) })
 }
 

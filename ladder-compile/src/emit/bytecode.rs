@@ -74,7 +74,7 @@ mod code {
 
 /// Emits a program as byte code.
 ///
-/// `EmittedSource::image` holds the bytes; the text has the same bytes as the content of a C initialiser.
+/// `EmittedSource::image` holds the bytes; the text has the same bytes as the content of a C initializer.
 ///
 /// # Errors
 /// The errors of [`lower_and_optimise`].

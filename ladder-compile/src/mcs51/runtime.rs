@@ -11,7 +11,7 @@ use super::select::{Mcs51Selector, PendingCode};
 use crate::code::{CodeLabel, CodeWriter};
 use crate::ir::Ir;
 
-/// Emits the reset code: first drives outputs low, because reset leaves all ports high; then initialises RAM.
+/// Emits the reset code: first drives outputs low, because reset leaves all ports high; then initializes RAM.
 pub(super) fn emit_reset(asm: &mut CodeWriter<Mcs51Arch>, ir: &Ir, layout: &Mcs51Layout) {
     let outputs = || layout.ports.iter().filter(|port| port.outputs != 0);
     for port in outputs() {

@@ -28,7 +28,7 @@ pub fn open(text: &str, setup: ChipSetup) -> (DebugSession, LadderView) {
     let chip = ladder_compile::find_chip(mcu).expect("a chip");
     let image = load_hex("program", compiled.hex.as_bytes(), chip.hex_spaces).expect("a HEX file").image;
     let clock = CycleClock { hz: compiled.map.clock_hz, clocks_per_cycle: 1 };
-    let target = match chip.family {
+    let machine = match chip.family {
         emu_core::chip::ChipFamily::Avr => emu_avr::Avr::new(chip, &image, RamInit::Zero).boxed(clock.hz),
         emu_core::chip::ChipFamily::Mcs51 => emu_8051::Mcs51::new(chip, &image, RamInit::Zero).boxed(clock.hz),
         emu_core::chip::ChipFamily::Pic16 => {
@@ -42,8 +42,8 @@ pub fn open(text: &str, setup: ChipSetup) -> (DebugSession, LadderView) {
     let view = LadderView::new(program, compiled.map, chip).expect("they belong together");
     let mut scope = NameScope::new(chip);
     scope.ladder = view.symbols();
-    let options = SessionOptions { clock, history_bytes: 64 << 20, follower: Some(view.follower()) };
-    let mut session = DebugSession::new(target, scope, options);
+    let options = SessionOptions { clock, max_copy_bytes: 64 << 20, follower: Some(view.follower()) };
+    let mut session = DebugSession::new(machine, scope, options);
     // Inputs have pull-ups, but the tests are easier to follow with all inputs low.
     for pin in view.map().pins.clone().iter().filter(|pin| pin.direction == "in") {
         drive_input(&mut session, &view, &pin.name, false);

@@ -1,7 +1,7 @@
 //! Commands that go back in time.
 
 use emu_debug::debug::{
-    AccessKind, DebugExpression, ExpressionPlace, HaltReason, NameScope, PassedPosition, PointHit, PointTrigger,
+    AccessKind, DebugExpression, ExpressionPlace, NameScope, PassedPosition, PointHit, PointTrigger, SessionStopReason,
     UserAction,
 };
 
@@ -26,7 +26,7 @@ pub(super) fn goto_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -
     shell.run_and_report(out, |session, keep_running| {
         let halt = session.goto_cycle(cycle, keep_running);
         // Reaching the requested cycle is the normal end and is not reported.
-        if halt == HaltReason::Limit { HaltReason::Done } else { halt }
+        if halt == SessionStopReason::Limit { SessionStopReason::Done } else { halt }
     });
     Ok(())
 }
@@ -49,7 +49,7 @@ fn reverse_search(
             let halt = FrameSearch::search(session, calls, wanted, &mut *keep_running);
             match halt {
                 // A breakpoint in a call that the step has crossed stops it, as in gdb.
-                HaltReason::Done | HaltReason::Beginning => {
+                SessionStopReason::Done | SessionStopReason::Beginning => {
                     session.forward_to_passed_breakpoint(now, keep_running).unwrap_or(halt)
                 }
                 _ => halt,
@@ -62,7 +62,7 @@ fn reverse_search(
 /// Returns whether a source line begins at a position.
 fn begins_line(scope: &NameScope, passed: &PassedPosition<'_>) -> bool {
     let source = scope.source();
-    let (pc, bytes) = (passed.target.pc(), scope.chip().word_bytes);
+    let (pc, bytes) = (passed.machine.pc(), scope.chip().word_bytes);
     let Some(line) = source.line_at(pc) else { return false };
     let before = source.line_at(passed.from_word).map(|line| (&line.file, line.line));
     line.addr == pc * bytes && before != Some((&line.file, line.line))

@@ -6,7 +6,7 @@
 
 use std::cell::RefCell;
 
-use emu_debug::debug::{CallFlow, DebugSession, HaltReason, NameScope, PassedPosition};
+use emu_debug::debug::{CallFlow, DebugSession, NameScope, PassedPosition, SessionStopReason};
 
 /// Which positions a search accepts, relative to the call where it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl FrameSearch {
         calls: CallScope,
         wanted: fn(&NameScope, &PassedPosition<'_>) -> bool,
         keep_running: &mut dyn FnMut() -> bool,
-    ) -> HaltReason {
+    ) -> SessionStopReason {
         let now = session.machine().cycle();
         let scope = session.scope.clone();
         let has_vectors = !scope.chip().vectors.is_empty();
@@ -65,7 +65,7 @@ impl FrameSearch {
             },
             &mut |passed| {
                 frames.borrow_mut().visit_position(passed, (calls, has_vectors), |passed| {
-                    passed.target.cycle() < now && wanted(&scope, passed)
+                    passed.machine.cycle() < now && wanted(&scope, passed)
                 });
                 false
             },
@@ -83,11 +83,11 @@ impl FrameSearch {
         (calls, has_vectors): (CallScope, bool),
         wanted: impl Fn(&PassedPosition<'_>) -> bool,
     ) {
-        let counted = passed.target.instructions();
+        let counted = passed.machine.instructions();
         if passed.first {
             self.stack.clear();
             self.older_candidates = vec![None];
-            self.start_cycle = passed.target.cycle();
+            self.start_cycle = passed.machine.cycle();
             self.instructions_before = counted;
             return;
         }
@@ -101,7 +101,7 @@ impl FrameSearch {
             CallFlow::Plain => {}
         }
         if wanted(passed) {
-            self.set_candidate(passed.target.cycle());
+            self.set_candidate(passed.machine.cycle());
         }
     }
 

@@ -137,7 +137,7 @@ pub fn open_session(subject: &DebugSubject, terminal: &MessageStyle) -> Result<O
     };
     let BuiltMachine { target, clock, drives } = visit_machine(chip, &image, &setup, builder)?;
     let follower = view.as_ref().map(LadderView::follower);
-    let options = SessionOptions { clock, history_bytes: subject.history, follower };
+    let options = SessionOptions { clock, max_copy_bytes: subject.history, follower };
     let sources = SourceFiles::new(files().map(String::as_str));
     let session = DebugSession::new(target, scope, options);
     Ok(OpenedSession { session, view, sources, snapshot_writer, file: subject.file.clone(), drives })

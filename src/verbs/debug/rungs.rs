@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{DebugSession, HaltReason, RunGoal};
+use emu_debug::debug::{DebugSession, RunGoal, SessionStopReason};
 use ladder_view::{ElementStart, LadderView};
 
 use super::shell::{CommandResult, DebugShell};
@@ -98,9 +98,13 @@ fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
 }
 
 /// Runs to the next of some program words; a halted AP101 is stepped to its next scan.
-fn run_to(session: &mut DebugSession, words: &BTreeSet<u32>, keep_running: &mut dyn FnMut() -> bool) -> HaltReason {
+fn run_to(
+    session: &mut DebugSession,
+    words: &BTreeSet<u32>,
+    keep_running: &mut dyn FnMut() -> bool,
+) -> SessionStopReason {
     let halt = session.run(&RunGoal { words: words.clone(), ..RunGoal::default() }, keep_running);
-    if halt != HaltReason::Halted {
+    if halt != SessionStopReason::Halted {
         return halt;
     }
     session.step_until(LAST_CYCLE, true, keep_running, &mut |session, _, _| words.contains(&session.machine().pc()))

@@ -3,7 +3,7 @@
 use emu_core::cpu::{LAST_CYCLE, ResetCause};
 use emu_core::image::TypeId;
 use emu_debug::debug::{
-    CallFrame, DebugExpression, DebugSession, ExpressionPlace, HaltReason, PointTrigger, RunGoal, UserAction,
+    CallFrame, DebugExpression, DebugSession, ExpressionPlace, PointTrigger, RunGoal, SessionStopReason, UserAction,
 };
 use emu_debug::stimulus::parse_pin_level;
 
@@ -20,7 +20,7 @@ fn repeat_run(
     shell: &mut DebugShell,
     args: &str,
     out: &mut String,
-    mut once: impl FnMut(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltReason,
+    mut once: impl FnMut(&mut DebugSession, &mut dyn FnMut() -> bool) -> SessionStopReason,
 ) -> CommandResult {
     let count = shell.parse_count(args)?;
     shell.run_and_report(out, |session, keep_running| {
@@ -36,7 +36,7 @@ fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut Stri
     shell.run_and_report_inlined(out, |session, keep_running| {
         let halt =
             repeat_steps(count, keep_running, |keep_running| line_step(session, kind, &mut not_entered, keep_running));
-        let not_entered = (halt == HaltReason::Done).then_some(not_entered);
+        let not_entered = (halt == SessionStopReason::Done).then_some(not_entered);
         (halt, not_entered)
     });
     Ok(())
@@ -85,7 +85,7 @@ fn run_out_of_subroutine(
     session: &mut DebugSession,
     keep_running: &mut dyn FnMut() -> bool,
     also: &mut dyn FnMut(&DebugSession) -> bool,
-) -> HaltReason {
+) -> SessionStopReason {
     let mut depth = CallDepth::default();
     session.step_until(LAST_CYCLE, true, keep_running, &mut |session, flow, entry| {
         depth.update(flow, entry);
@@ -151,7 +151,7 @@ fn rewind(shell: &mut DebugShell) -> CommandResult {
     let first = shell.session.first_cycle();
     let keep_running = &mut shell.keep_running();
     match shell.session.goto_cycle(first, keep_running) {
-        HaltReason::Interrupted => Err("interrupted".to_owned()),
+        SessionStopReason::Interrupted => Err("interrupted".to_owned()),
         _ => Ok(()),
     }
 }
@@ -271,10 +271,10 @@ impl DebugShell {
     }
 
     /// Prints the result of a function.
-    fn print_result(&mut self, halt: &HaltReason, kind: Option<TypeId>, out: &mut String) {
+    fn print_result(&mut self, halt: &SessionStopReason, kind: Option<TypeId>, out: &mut String) {
         let chip = self.session.scope.chip();
         let object = kind.and_then(|kind| self.session.scope.calls().result(kind, chip));
-        let Some(object) = object.filter(|_| *halt == HaltReason::Done) else { return };
+        let Some(object) = object.filter(|_| *halt == SessionStopReason::Done) else { return };
         let machine = self.session.machine();
         let value = object.text(&self.session.scope, machine, None);
         let kept = DebugExpression::Object(Box::new(object)).kept(machine);

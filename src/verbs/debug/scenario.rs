@@ -10,7 +10,7 @@ use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_debug::chip_scenario::{ChipBindings, ChipResolver, timed_drives};
 use emu_debug::debug::{
-    DebugSession, DynMachine, HaltReason, MachineWithDevices, NameScope, ObserveLevel, RunGoal, SessionOptions,
+    DebugSession, DynMachine, MachineWithDevices, NameScope, ObserveLevel, RunGoal, SessionOptions, SessionStopReason,
     UserAction,
 };
 use emu_debug::run::run_with_devices;
@@ -146,7 +146,7 @@ fn drives_on_image<C: Cpu>(
 /// Runs to a program word and returns the cycle, or `None` if the word is not reached before `until`.
 fn run_to_word(session: &mut DebugSession, word: u32, until: u64) -> Option<u64> {
     let goal = RunGoal { until: Some(until), words: BTreeSet::from([word]), runs_while_halted: false };
-    (session.run(&goal, &mut || true) == HaltReason::Done).then(|| session.machine().cycle())
+    (session.run(&goal, &mut || true) == SessionStopReason::Done).then(|| session.machine().cycle())
 }
 
 /// Prints how a scenario ended.
@@ -196,7 +196,7 @@ impl<'a> LadderPlayback<'a> {
     /// Returns all drives with their times: each is applied after the end of a scan, before the next.
     fn play(mut self, file: &ScenarioFile, target: Box<dyn DynMachine>) -> Result<Vec<TimedDrive>, VerbFailure> {
         let (map, chip) = (self.view.map(), self.around.names.chip);
-        let options = SessionOptions { clock: self.around.clock, history_bytes: 0, follower: None };
+        let options = SessionOptions { clock: self.around.clock, max_copy_bytes: 0, follower: None };
         let mut session = DebugSession::new(target, NameScope::new(chip), options);
         let places: Vec<_> = self.view.symbols().into_iter().map(|(_, place)| place).collect();
         let period = map.cycle.num / map.cycle.den.max(1);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use emu_debug::TimedDrive;
-use emu_debug::debug::{DebugExpression, DebugSession, HaltReason};
+use emu_debug::debug::{DebugExpression, DebugSession, SessionStopReason};
 use ladder_view::LadderView;
 
 use super::blocks::{BlockKind, OpenBlock, UserCommand};
@@ -270,8 +270,8 @@ impl DebugShell {
     pub(super) fn run_and_report(
         &mut self,
         out: &mut String,
-        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltReason,
-    ) -> HaltReason {
+        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> SessionStopReason,
+    ) -> SessionStopReason {
         self.run_and_report_inlined(out, |session, keep_running| (run(session, keep_running), None))
     }
 
@@ -280,8 +280,8 @@ impl DebugShell {
     pub(super) fn run_and_report_inlined(
         &mut self,
         out: &mut String,
-        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> (HaltReason, Option<usize>),
-    ) -> HaltReason {
+        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> (SessionStopReason, Option<usize>),
+    ) -> SessionStopReason {
         let points = self.session.points.clone();
         let interrupt = Arc::clone(&self.interrupt);
         let (halt, not_entered) = run(&mut self.session, &mut || !interrupt.load(Ordering::SeqCst));

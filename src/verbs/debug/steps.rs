@@ -1,23 +1,23 @@
 //! Steps by source lines, into or over calls, as in gdb.
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{CallFlow, DebugSession, HaltReason, LinePosition, StepVerdict};
+use emu_debug::debug::{CallFlow, DebugSession, LinePosition, SessionStopReason, StepVerdict};
 
 /// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last
 /// stop.
 pub(super) fn repeat_steps(
     count: u64,
     keep_running: &mut dyn FnMut() -> bool,
-    mut step: impl FnMut(&mut dyn FnMut() -> bool) -> HaltReason,
-) -> HaltReason {
+    mut step: impl FnMut(&mut dyn FnMut() -> bool) -> SessionStopReason,
+) -> SessionStopReason {
     let mut halt = step(keep_running);
     for _ in 1..count {
-        if halt != HaltReason::Done {
+        if halt != SessionStopReason::Done {
             break;
         }
         // A short step does not check for an interrupt itself.
         if !keep_running() {
-            return HaltReason::Interrupted;
+            return SessionStopReason::Interrupted;
         }
         halt = step(keep_running);
     }
@@ -75,11 +75,11 @@ pub(super) fn line_step(
     kind: LineStep,
     not_entered: &mut usize,
     keep_running: &mut dyn FnMut() -> bool,
-) -> HaltReason {
+) -> SessionStopReason {
     let over = kind != LineStep::Into;
     if *not_entered > 0 && !over {
         *not_entered -= 1;
-        return HaltReason::Done;
+        return SessionStopReason::Done;
     }
     let from = session.machine().pc();
     let mut origin = LinePosition::of(session).origin(*not_entered);

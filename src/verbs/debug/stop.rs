@@ -3,7 +3,7 @@
 use emu_core::cpu::ProgramError;
 use emu_core::pins::{ChipEvent, PinLevel};
 use emu_core::table::DisassembledInstruction;
-use emu_debug::debug::{AccessKind, DebugPoint, DebugPoints, HaltReason, ObjectExpr, PointHit, PointTrigger};
+use emu_debug::debug::{AccessKind, DebugPoint, DebugPoints, ObjectExpr, PointHit, PointTrigger, SessionStopReason};
 use emu_debug::text_escapes::escape;
 
 use super::numbers::{hex, short_hex};
@@ -17,9 +17,9 @@ const SILENT: &str = "silent";
 
 impl DebugShell {
     /// Reports a stop. `before` is the points as they were when the run began.
-    pub(super) fn report_stop(&mut self, halt: &HaltReason, before: &DebugPoints, out: &mut String) {
-        self.set_faulted(matches!(halt, HaltReason::Error(_)));
-        let hits: &[PointHit] = if let HaltReason::Points(hits) = &halt { hits } else { &[] };
+    pub(super) fn report_stop(&mut self, halt: &SessionStopReason, before: &DebugPoints, out: &mut String) {
+        self.set_faulted(matches!(halt, SessionStopReason::Error(_)));
+        let hits: &[PointHit] = if let SessionStopReason::Points(hits) = &halt { hits } else { &[] };
         let commands: Vec<String> =
             hits.iter().filter_map(|hit| before.get(hit.id)).flat_map(|point| point.commands.clone()).collect();
         if self.next_not_entered.is_none() && self.is_of_inlined(hits, before) {
@@ -79,12 +79,12 @@ impl DebugShell {
 
     /// Prints the selected call, unless a breakpoint reports it, or a step has ended in the call of the last
     /// stop.
-    fn report_frame(&self, halt: &HaltReason, before: &DebugPoints, out: &mut String) {
+    fn report_frame(&self, halt: &SessionStopReason, before: &DebugPoints, out: &mut String) {
         let is_breakpoint =
             |hit: &PointHit| before.get(hit.id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)));
         match &halt {
-            HaltReason::Points(hits) if hits.iter().any(is_breakpoint) => return,
-            HaltReason::Done if self.stopped_in == self.present_call() => return,
+            SessionStopReason::Points(hits) if hits.iter().any(is_breakpoint) => return,
+            SessionStopReason::Done if self.stopped_in == self.present_call() => return,
             _ => {}
         }
         out.extend(self.present_call_text().map(|text| format!("{text}\n")));
@@ -122,26 +122,26 @@ impl DebugShell {
     }
 
     /// Returns the reason of a stop, one line per cause.
-    fn describe_reason(&self, halt: &HaltReason, before: &DebugPoints) -> String {
+    fn describe_reason(&self, halt: &SessionStopReason, before: &DebugPoints) -> String {
         let place = |word| self.word_with_rung(word);
         match &halt {
-            HaltReason::Done => String::new(),
-            HaltReason::Limit => format!("Cycle {} is reached\n", self.session.machine().cycle()),
-            HaltReason::Halted => {
+            SessionStopReason::Done => String::new(),
+            SessionStopReason::Limit => format!("Cycle {} is reached\n", self.session.machine().cycle()),
+            SessionStopReason::Halted => {
                 "Halted: nothing enabled can wake the chip (drive a pin, reset it, or go back)\n".to_owned()
             }
-            HaltReason::BlockedOnInput => {
+            SessionStopReason::BlockedOnInput => {
                 "Waits: only an external stimulus can change what the program does (drive a pin, reset it, or go back)\n"
                     .to_owned()
             }
-            HaltReason::Error(ProgramError::Illegal { pc, word }) => {
+            SessionStopReason::Error(ProgramError::Illegal { pc, word }) => {
                 let digits = self.session.scope.chip().word_bytes as usize * 2;
                 format!("Illegal instruction: 0x{word:0digits$x} at {}\n", place(*pc))
             }
-            HaltReason::Error(ProgramError::Fault { pc, fault }) => format!("Fault of the program at {}: {fault}\n", place(*pc)),
-            HaltReason::Interrupted => "Interrupted\n".to_owned(),
-            HaltReason::Beginning => "No more history: it begins here\n".to_owned(),
-            HaltReason::Points(hits) => {
+            SessionStopReason::Error(ProgramError::Fault { pc, fault }) => format!("Fault of the program at {}: {fault}\n", place(*pc)),
+            SessionStopReason::Interrupted => "Interrupted\n".to_owned(),
+            SessionStopReason::Beginning => "No more history: it begins here\n".to_owned(),
+            SessionStopReason::Points(hits) => {
                 let lines = hits.iter().filter_map(|hit| Some(self.describe_hit(hit, before.get(hit.id)?)));
                 lines.map(|line| format!("{line}\n")).collect()
             }

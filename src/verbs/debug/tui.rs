@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use emu_core::chip::PinDef;
 use emu_core::pins::{ChipEvent, PinLevel};
-use emu_debug::debug::{DynMachine, HaltReason, PointTrigger, RunGoal};
+use emu_debug::debug::{DynMachine, PointTrigger, RunGoal, SessionStopReason};
 use emu_debug::trace::register_bits;
 use emu_tui::debugger::{
     CodeLine, CommandAnswer, DebuggedMachine, DebuggerScreen, DebuggerSnapshot, MemoryExcerpt, NamedValue, PinTrace,
@@ -111,7 +111,7 @@ impl DebuggedMachine for TuiSession {
         let begin = Instant::now();
         let keep_running = &mut || host.is_none_or(|host| begin.elapsed() < host);
         let halt = self.shell.session.run(&RunGoal { until, ..RunGoal::default() }, keep_running);
-        if matches!(halt, HaltReason::Limit | HaltReason::Interrupted) {
+        if matches!(halt, SessionStopReason::Limit | SessionStopReason::Interrupted) {
             return None;
         }
         self.running = false;

@@ -48,7 +48,12 @@ pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
 
 /// Returns the clock of the chip in Hz. Prints a warning if `--clock` overrides the clock that the messages
 /// of `file` request.
-pub fn script_clock(script: &mut CodScript, file: &str, flag_hz: Option<u64>, chip: &Chip) -> Result<u64, VerbFailure> {
+pub fn choose_script_clock(
+    script: &mut CodScript,
+    file: &str,
+    flag_hz: Option<u64>,
+    chip: &Chip,
+) -> Result<u64, VerbFailure> {
     match (flag_hz, script.frequency()) {
         (None, None) => Ok(DEFAULT_HZ.min(chip.max_hz)),
         (None, Some(script_hz)) if script_hz > chip.max_hz => Err(VerbFailure::Usage(format!(

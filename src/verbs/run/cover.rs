@@ -66,7 +66,7 @@ pub struct CoverageRun<'a> {
     /// The ladder program of `--map`, if it is given.
     rungs: Option<MappedLadder>,
     /// Files that the run reads or writes for other flags.
-    used_files: &'a [String],
+    protected_files: &'a [String],
     /// Name and open file of the coverage output; no file means standard output.
     coverage: Option<(&'a str, Option<PendingFile>)>,
     /// Name and open file of the folded stacks of `--profile=FILE`.
@@ -179,7 +179,7 @@ impl<'a> CoverageRun<'a> {
         Ok(CoverageRun {
             args,
             image,
-            used_files,
+            protected_files: used_files,
             coverage: args.coverage.as_deref().map(open_output).transpose()?,
             folded: folded.map(open_output).transpose()?,
             rungs,
@@ -196,7 +196,7 @@ impl<'a> CoverageRun<'a> {
     ) -> (RunResult, CoverageAndProfile) {
         let coverage_probe = self.args.coverage.is_some().then(|| CoverageProbe {
             coverage: CodeCoverage::default(),
-            elements: self.rungs.as_ref().and_then(MappedLadder::elements),
+            elements: self.rungs.as_ref().and_then(MappedLadder::new_element_counts),
         });
         if let Some(elements) = coverage_probe.as_ref().and_then(|coverage_probe| coverage_probe.elements.as_ref()) {
             cpu.set_breakpoint(elements.scan_end_word(), true);
@@ -240,7 +240,7 @@ impl<'a> CoverageRun<'a> {
             totals.elements = elements.as_ref().map(ElementCounts::covered_share);
             let listing_path = format!("{file}.lst");
             let listing = listing.map(|listing| -> Result<_, VerbFailure> {
-                check_listing_path(&listing_path, self.used_files)?;
+                check_listing_path(&listing_path, self.protected_files)?;
                 let file = PendingFile::new(&listing_path)?;
                 write_to_pending(&file, &listing_path, &listing)?;
                 Ok(file)

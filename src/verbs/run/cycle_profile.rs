@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use emu_debug::ProgramSource;
-use emu_debug::profile::{CycleProfile, InstructionCycles, InterruptService};
+use emu_debug::profile::{CycleProfile, InstructionCycles, InterruptStatistics};
 use serde_json::{Value, json};
 
 use super::rungs::MappedLadder;
@@ -22,7 +22,7 @@ pub struct CycleReport {
     /// By rung, numbered from 1; `None` for code in no rung. Empty without a map.
     rungs: BTreeMap<Option<u32>, u64>,
     /// By interrupt, by its name.
-    interrupts: Vec<(String, InterruptService)>,
+    interrupts: Vec<(String, InterruptStatistics)>,
     /// By interrupt (or `program`) and function.
     stacks: BTreeMap<(String, String), u64>,
 }
@@ -42,7 +42,7 @@ impl CycleReport {
             |number: u8| chip.vectors.get(usize::from(number)).map_or_else(|| number.to_string(), |n| (*n).to_owned());
         let serving = |vector: Option<u8>| vector.map_or("program".to_owned(), vector_name);
         let (mut functions, mut by_rung, mut stacks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        for InstructionCycles { interrupt: service, word: pc, count } in profile.cycles() {
+        for InstructionCycles { interrupt: service, word: pc, cycles: count } in profile.cycles() {
             let symbol = source.names.nearest_symbol(pc * chip.word_bytes);
             let name = symbol.as_deref().map_or(NO_SYMBOL, |name| name.split('+').next().unwrap_or(name)).to_owned();
             if let Some(rungs) = rungs {
@@ -101,7 +101,9 @@ impl CycleReport {
         }
         if !self.interrupts.is_empty() {
             out.push_str(&format!("interrupt {:>6}  {:>7}  {:>7}\n", "cycles", "count", "longest"));
-            for (name, InterruptService { count, total, longest }) in &self.interrupts {
+            for (name, InterruptStatistics { entry_count: count, total_cycles: total, longest_cycles: longest }) in
+                &self.interrupts
+            {
                 out.push_str(&format!("  {total:>14}  {count:>7}  {longest:>7}  {name}\n"));
             }
         }
@@ -112,7 +114,7 @@ impl CycleReport {
     pub fn document(&self) -> Value {
         let function = |(name, cycles): &(String, u64)| json!({ "name": name, "cycles": cycles });
         let rung = |(rung, cycles): (&Option<u32>, &u64)| json!({ "rung": rung, "cycles": cycles });
-        let interrupt = |(name, service): &(String, InterruptService)| json!({ "name": name, "count": service.count, "cycles": service.total, "longest": service.longest });
+        let interrupt = |(name, service): &(String, InterruptStatistics)| json!({ "name": name, "count": service.entry_count, "cycles": service.total_cycles, "longest": service.longest_cycles });
         json!({
             "cycles": self.total,
             "before": self.before_first,

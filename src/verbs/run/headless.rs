@@ -159,11 +159,11 @@ impl RunJob<'_> {
             (&self.snapshot_writer.protected_files, self.terminal),
         )?;
         let run_inputs = (&planned, trace_request, source);
-        let RecordedRun { ended, verdict, coverage, outputs_written } =
+        let RecordedRun { result: ended, verdict, coverage, outputs_written } =
             run_recorded(args, (cpu, devices), run_inputs, (scenario_setup, &cover), started)?;
         let hold_reason = if ended.reason == RunEnd::Halted { reset_hold(cpu, &planned.drives) } else { None };
         let PlannedRun { clock, plan, peek, .. } = &planned;
-        let summary = RunSummary { cpu, source, clock: *clock, plan, ended: &ended, peek, reset_hold: hold_reason };
+        let summary = RunSummary { cpu, source, clock: *clock, plan, result: &ended, peek, reset_hold: hold_reason };
         if let Some(lint_mode) = args.lint {
             lint::report_lints(&summary, lint_mode, &args.image, self.terminal);
         }
@@ -274,7 +274,7 @@ fn run_recorded<C: Cpu>(
         }
         None => (run_machine(cpu, &mut ContinueCallback(&mut keep_waiting)), None, None),
     };
-    if ended.reason == RunEnd::Declined && interrupted.load(Ordering::Relaxed) {
+    if ended.reason == RunEnd::StoppedWaiting && interrupted.load(Ordering::Relaxed) {
         ended.reason = RunEnd::Interrupted;
     }
     // Each output is kept, even if another one fails.
@@ -293,7 +293,7 @@ fn run_recorded<C: Cpu>(
     };
     let outputs_written =
         print_error.map_or(Ok(()), Err).and(uart_written).and(vcd_written).and(trace_written).and(record_written);
-    Ok(RecordedRun { ended, verdict, coverage, outputs_written })
+    Ok(RecordedRun { result: ended, verdict, coverage, outputs_written })
 }
 
 /// Writes an open file and renames it to its final name.
@@ -308,7 +308,7 @@ fn write_pending(file: PendingFile, name: Option<&str>, bytes: &[u8]) -> Result<
 /// The result of [`run_recorded`].
 struct RecordedRun {
     /// How the run ended.
-    ended: RunResult,
+    result: RunResult,
     /// The verdict of the scenario, if there is one.
     verdict: Option<ScenarioVerdict>,
     /// What the run executed, for the reports.

@@ -24,7 +24,7 @@ pub enum LintMode {
 /// Prints the findings on standard error, in the order in which they occurred.
 pub fn report_lints<C: Cpu>(summary: &RunSummary<'_, C>, mode: LintMode, image: &str, terminal: &MessageStyle) {
     let severity = if mode == LintMode::Error { Severity::Error } else { Severity::Warning };
-    let diagnostics = summary.ended.lints.iter().map(|finding| {
+    let diagnostics = summary.result.lints.iter().map(|finding| {
         let (place, what) =
             (summary.source.describe_word(finding.pc), describe_lint(finding.lint, &summary.source.names));
         let cause = format!("at {place}: {what} ({})", count_text(finding));
@@ -44,7 +44,7 @@ fn count_text(finding: &LintFinding) -> String {
 
 /// Returns the findings as a list of JSON objects.
 pub fn document<C: Cpu>(summary: &RunSummary<'_, C>) -> Value {
-    let objects = summary.ended.lints.iter().map(|finding| {
+    let objects = summary.result.lints.iter().map(|finding| {
         let mut object = json!({
             "code": finding.lint.code(),
             "pc": summary.source.names.chip.code_address(finding.pc),

@@ -80,7 +80,7 @@ pub fn exit_code(plan: &RunPlan, ended: &RunResult, limit_requested: bool) -> u8
         RunEnd::Halted if still_waits => exit::FAILED,
         RunEnd::Halted => exit::OK,
         RunEnd::Limit if limit_requested && !still_waits => exit::OK,
-        RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted => exit::LIMIT,
+        RunEnd::Limit | RunEnd::StoppedWaiting | RunEnd::Interrupted => exit::LIMIT,
         RunEnd::Error(_) => exit::FAULT,
     }
 }

@@ -68,7 +68,7 @@ impl MappedLadder {
     }
 
     /// Returns counters for the elements that are bits: contacts and coils. `None` without a program.
-    pub fn elements(&self) -> Option<ElementCounts> {
+    pub fn new_element_counts(&self) -> Option<ElementCounts> {
         let program = self.program.as_ref()?;
         let bits = program.elements().enumerate().filter_map(|(i, ProgramElement { element, .. })| {
             let mut location = None;

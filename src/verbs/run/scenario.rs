@@ -4,7 +4,7 @@
 //! clock. Conditions are evaluated between two instructions: after each edge of a pin that they name, and
 //! after every instruction if they name memory.
 
-mod stimuli;
+mod flags;
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use scenario::{
     ScenarioValue, ScenarioVerdict, ScenarioWorld,
 };
 
-pub use stimuli::ScenarioFlags;
+pub use flags::ScenarioFlags;
 
 use crate::shared::fail::VerbFailure;
 use crate::shared::snapshots::SnapshotWriter;
@@ -192,7 +192,7 @@ impl<'a> ScenarioHost<'a> {
 }
 
 impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
-    fn next_decision(&mut self, cpu: &mut C, sent: &[u8], watched: &mut StretchWatch) -> RunDecision {
+    fn next_decision(&mut self, cpu: &mut C, sent: &[u8], stretch_watch: &mut StretchWatch) -> RunDecision {
         if !(self.keep_waiting)(sent) {
             return RunDecision::StopWaiting;
         }
@@ -203,14 +203,14 @@ impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
         // A scenario that is not finished needs time to pass, even on a halted chip.
         cpu.set_run_while_halted(self.deciding_player.is_some() || self.next_poll_tick != u64::MAX);
         let now = cpu.cycle();
-        watched.pins.clear();
-        watched.bytes = false;
+        stretch_watch.pins.clear();
+        stretch_watch.bytes = false;
         let mut until = self.next_poll_tick.div_ceil(self.ticks_per_cycle());
         if let Some(player) = &self.deciding_player {
-            watched.bytes = player.awaits_bytes();
+            stretch_watch.bytes = player.awaits_bytes();
             for output in player.watched_outputs() {
                 match self.bindings.observables.get(output) {
-                    Some(ChipObservable::Pin(pin)) => watched.pins.push(*pin),
+                    Some(ChipObservable::Pin(pin)) => stretch_watch.pins.push(*pin),
                     // Registers of the chip can change without an instruction, so poll after each one.
                     Some(ChipObservable::Memory(..)) => until = now + 1,
                     None => {}

@@ -26,7 +26,7 @@ pub struct RunSummary<'a, C> {
     /// The plan, with the conditions of the run.
     pub plan: &'a RunPlan,
     /// How the run ended.
-    pub ended: &'a RunResult,
+    pub result: &'a RunResult,
     /// Memory ranges to show, as typed.
     pub peek: &'a [(String, AddressRange)],
     /// Why the chip can never continue, if it is held in reset.
@@ -43,7 +43,7 @@ pub fn reason_word(reason: RunEnd) -> &'static str {
         RunEnd::Failed => "fail-uart",
         RunEnd::Error(ProgramError::Illegal { .. }) => "illegal",
         RunEnd::Error(ProgramError::Fault { .. }) => "fault",
-        RunEnd::Declined => "timeout",
+        RunEnd::StoppedWaiting => "timeout",
         RunEnd::Interrupted => "interrupted",
         RunEnd::Finished => "scenario",
     }
@@ -52,13 +52,13 @@ pub fn reason_word(reason: RunEnd) -> &'static str {
 impl<C: Cpu> RunSummary<'_, C> {
     /// Returns the reason for the end of the run as one word.
     fn reason(&self) -> &'static str {
-        reason_word(self.ended.reason)
+        reason_word(self.result.reason)
     }
 
     /// Returns the program word at which the run ended: that of the instruction that ended it, otherwise the
     /// next one.
     fn end_word(&self) -> u32 {
-        match self.ended.reason {
+        match self.result.reason {
             RunEnd::Error(ProgramError::Illegal { pc, .. } | ProgramError::Fault { pc, .. }) => pc,
             _ => self.cpu.pc(),
         }
@@ -76,7 +76,7 @@ impl<C: Cpu> RunSummary<'_, C> {
 
     /// Returns details about the end of the run, if there are any.
     fn detail(&self) -> Option<String> {
-        match self.ended.reason {
+        match self.result.reason {
             RunEnd::Until(i, access) => {
                 let condition = self.plan.until.get(i)?.describe(&self.source.names);
                 Some(match access {
@@ -92,13 +92,13 @@ impl<C: Cpu> RunSummary<'_, C> {
             RunEnd::Expected => self.plan.expect.as_deref().map(escape),
             RunEnd::Failed => self.plan.fail.as_deref().map(escape),
             RunEnd::Error(ProgramError::Illegal { .. }) => Some(self.instruction()),
-            RunEnd::Error(ProgramError::Fault { fault: ProgramFault::UninitialisedRead { space, addr }, .. }) => {
+            RunEnd::Error(ProgramError::Fault { fault: ProgramFault::UnwrittenRead { space, addr }, .. }) => {
                 let (instruction, object_suffix) = (self.instruction(), self.object_suffix(space, addr.into()));
                 Some(format!("{instruction}: {space}:0x{addr:04x}{object_suffix} was read before it was written"))
             }
             RunEnd::Error(ProgramError::Fault { fault, .. }) => Some(format!("{}: {fault}", self.instruction())),
             RunEnd::Halted => self.reset_hold.clone(),
-            RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted | RunEnd::Finished => None,
+            RunEnd::Limit | RunEnd::StoppedWaiting | RunEnd::Interrupted | RunEnd::Finished => None,
         }
     }
 
@@ -153,7 +153,7 @@ impl<C: Cpu> RunSummary<'_, C> {
     /// conflict.
     fn contention(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let name = |pin: PinId| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
-        self.ended.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
+        self.result.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
     }
 
     fn register(&self, name: &str) -> u32 {
@@ -175,10 +175,10 @@ pub fn report_faults<C: Cpu>(summary: &RunSummary<'_, C>, out_of_code: &str) {
     }
     let erased = summary.source.names.chip.isa.erased_word;
     let erased_hint = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code{out_of_code}");
-    let (problem, hint) = match summary.ended.reason {
+    let (problem, hint) = match summary.result.reason {
         RunEnd::Error(ProgramError::Illegal { word, .. }) if word == erased => ("no instruction", erased_hint.as_str()),
         RunEnd::Error(ProgramError::Illegal { .. }) => ("no instruction", "is the image built for this chip?"),
-        RunEnd::Error(ProgramError::Fault { fault: ProgramFault::UninitialisedRead { .. }, .. }) => {
+        RunEnd::Error(ProgramError::Fault { fault: ProgramFault::UnwrittenRead { .. }, .. }) => {
             ("a fault of the program", "write the cell first; after power-up RAM is undefined")
         }
         RunEnd::Error(ProgramError::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. }) => {
@@ -225,7 +225,7 @@ pub fn json_document<C: Cpu>(summary: &RunSummary<'_, C>) -> Value {
         "pins": Value::Object(pins.collect::<Map<_, _>>()),
     });
     if family::has_uart(summary.source.names.chip) {
-        document["uart"] = json!(summary.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>());
+        document["uart"] = json!(summary.result.uart.iter().map(|&byte| char::from(byte)).collect::<String>());
     }
     document["peek"] = Value::Object(peek.collect::<Map<_, _>>());
     if !summary.peek.is_empty() {
@@ -276,8 +276,8 @@ pub fn summary_text<C: Cpu>(summary: &RunSummary<'_, C>) -> String {
         ("pins 7..0", pin_levels_text(summary.pins()))
     };
     out.push_str(&format!("{heading:<10} {pins}\n"));
-    if !summary.ended.uart.is_empty() {
-        out.push_str(&format!("uart       {}\n", escape(&summary.ended.uart)));
+    if !summary.result.uart.is_empty() {
+        out.push_str(&format!("uart       {}\n", escape(&summary.result.uart)));
     }
     for (text, range) in summary.peek {
         let columns = 16 / summary.source.names.chip.bytes_per_address(range.space).clamp(1, 16) as usize;

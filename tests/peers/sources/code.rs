@@ -65,7 +65,7 @@ fn script(
             if rng.one_in(20) {
                 let byte = rng.next_u64() as u8;
                 model.eeprom[usize::from(cell)] = byte;
-                script.cell(cell, byte);
+                script.eeprom_cell(cell, byte);
             }
         }
         // The source declares the cells in this order: persistent bits, then persistent integers.

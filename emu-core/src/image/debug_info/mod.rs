@@ -214,7 +214,7 @@ pub struct BlockInfo {
 const DW_OP_ADDR: u8 = 0x03;
 
 impl VariableInfo {
-    /// Whether the variable has one fixed address, independent of the function that runs.
+    /// Returns true if the variable has one fixed address, independent of the function that runs.
     #[must_use]
     pub fn is_everywhere(&self) -> bool {
         matches!(&self.location, VariableLocation::Expression(bytes) if bytes.first() == Some(&DW_OP_ADDR))
@@ -360,7 +360,7 @@ impl DebugInfo {
         self.units.get(unit).map(|unit| CompiledFile { name: &unit.name, folder: &unit.folder })
     }
 
-    /// Whether the variables of a function are at their locations only after its prologue.
+    /// Returns true if the variables of a function are at their locations only after its prologue.
     #[must_use]
     pub fn has_prologue(&self, function: &FunctionInfo) -> bool {
         !self.units.get(function.unit).is_some_and(|unit| unit.exact)
@@ -384,7 +384,8 @@ impl DebugInfo {
 }
 
 impl DebugInfo {
-    /// Whether the unit of a function is the source file `file`, given by its name or the end of its path.
+    /// Returns true if the unit of a function is the source file `file`, given by its name or the end of its
+    /// path.
     #[must_use]
     pub fn is_defined_in(&self, function: &FunctionInfo, file: &str) -> bool {
         self.is_unit(function.unit, file)
@@ -446,7 +447,7 @@ impl DebugInfo {
 }
 
 impl BlockInfo {
-    /// Whether the block contains the code at a byte address.
+    /// Returns true if the block contains the code at a byte address.
     #[must_use]
     pub fn has_code_at(&self, byte: u32) -> bool {
         self.ranges.iter().any(|range| range.contains(&byte))

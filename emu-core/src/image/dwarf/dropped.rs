@@ -37,7 +37,7 @@ impl LowSequence {
         LowSequence { start, end: start, lines: Vec::new() }
     }
 
-    /// Whether the sequence starts at an address that linkers use for dropped code.
+    /// Returns true if the sequence starts at an address that linkers use for dropped code.
     pub(super) fn is_low(&self) -> bool {
         self.start <= MAX_LOW_ADDRESS
     }

@@ -21,7 +21,7 @@ use super::{
 /// The linker cuts names to this many characters, so a name of this length can be incomplete.
 const NAME_COLUMN_WIDTH: usize = 32;
 
-/// Whether a line is the heading of a table of areas.
+/// Returns true if a line is the heading of a table of areas.
 pub(super) fn is_heading(line: &str) -> bool {
     line.starts_with("Area ") && line.contains("Addr")
 }
@@ -80,7 +80,7 @@ pub(super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
     }
 }
 
-/// Whether a line has only dashes and spaces.
+/// Returns true if a line has only dashes and spaces.
 fn is_rule(line: &str) -> bool {
     line.contains('-') && line.bytes().all(|b| b == b'-' || b == b' ')
 }
@@ -180,7 +180,7 @@ fn read_symbol(
     }
 }
 
-/// Whether a name can be the start of a debugging name whose end is cut off.
+/// Returns true if a name can be the start of a debugging name whose end is cut off.
 fn looks_like_debug(name: &str) -> bool {
     name.starts_with("XG$") || name.starts_with(['A', 'C', 'F', 'G', 'L', 'X']) && name.contains(['$', '.'])
 }

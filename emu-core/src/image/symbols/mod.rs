@@ -203,7 +203,7 @@ impl CollectedSymbols {
 /// function are put before every name of a module, so a long one could turn a small file into gigabytes.
 const MAX_NAME: usize = 1024;
 
-/// Whether a name exceeds [`MAX_NAME`].
+/// Returns true if a name exceeds [`MAX_NAME`].
 pub(super) fn too_long(name: &str) -> bool {
     name.len() > MAX_NAME && name.chars().count() > MAX_NAME
 }

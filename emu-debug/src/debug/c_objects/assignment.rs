@@ -15,7 +15,7 @@ impl ObjectExpr {
     /// It cannot be set, or not to this value.
     pub(in crate::debug) fn writes_for(
         &self,
-        target: &dyn DynMachine,
+        machine: &dyn DynMachine,
         value: ExpressionValue,
     ) -> Result<Vec<(ExpressionPlace, i64)>, DebugError> {
         match self.resolved_type() {
@@ -30,7 +30,7 @@ impl ObjectExpr {
         }
         let value = if self.is_real() { value.to_bits(self.bytes().unwrap_or(0)) } else { value.to_integer() };
         let value = self.without_link_offset(value);
-        let cells = self.byte_locations(target);
+        let cells = self.byte_locations(machine);
         let bits = self.bits.map_or(8 * cells.len() as u32, |bits| bits.size);
         let (least, most) = match bits {
             0..64 => (
@@ -67,12 +67,12 @@ impl ObjectExpr {
             .collect()
     }
 
-    /// Reports whether it has one value but no location of up to four bytes.
-    pub(in crate::debug) fn is_wider_than_place(&self, target: &dyn DynMachine) -> bool {
+    /// Returns true if it has one value but no location of up to four bytes.
+    pub(in crate::debug) fn is_wider_than_place(&self, machine: &dyn DynMachine) -> bool {
         match self.resolved_type() {
             Some(CType::Record { .. } | CType::Array { .. } | CType::Function { .. }) => true,
             Some(CType::Base { encoding: BaseEncoding::Float, .. }) => true,
-            _ => self.bytes().is_none_or(|bytes| bytes > 4) || self.place(target).is_none(),
+            _ => self.bytes().is_none_or(|bytes| bytes > 4) || self.place(machine).is_none(),
         }
     }
 }

@@ -23,45 +23,45 @@ pub enum ObjectByteLocation {
 
 impl ObjectExpr {
     /// Returns the frame in which a variable is in scope.
-    pub(super) fn frame(&self, target: &dyn DynMachine, known: &[Range<u32>], level: usize) -> Option<CallFrame> {
+    pub(super) fn frame(&self, machine: &dyn DynMachine, known: &[Range<u32>], level: usize) -> Option<CallFrame> {
         let is_known = |frame: &CallFrame| {
-            let byte = emu_core::image::FrameView::pc_byte(&MachineFrame { target, frame });
+            let byte = emu_core::image::FrameView::pc_byte(&MachineFrame { machine, frame });
             known.iter().any(|range| range.contains(&byte))
         };
         if level == 0
-            && let Some(frame) = self.calls.frame(target, 0).filter(is_known)
+            && let Some(frame) = self.calls.frame(machine, 0).filter(is_known)
         {
             return Some(frame);
         }
-        self.calls.frames(target).into_iter().skip(level).find(is_known)
+        self.calls.frames(machine).into_iter().skip(level).find(is_known)
     }
 
     /// Returns the locations of its bytes.
     #[must_use]
-    pub fn byte_locations(&self, target: &dyn DynMachine) -> Vec<ObjectByteLocation> {
+    pub fn byte_locations(&self, machine: &dyn DynMachine) -> Vec<ObjectByteLocation> {
         const MOST: u32 = 1 << 16;
         let bytes = self.bytes().unwrap_or(0).min(MOST);
         let missing = || vec![ObjectByteLocation::Missing; bytes as usize];
         let index = self.indices.iter().try_fold(i64::from(self.offset), |sum, (index, size)| {
-            sum.checked_add(index.value(target)?.checked_mul(i64::from(*size))?)
+            sum.checked_add(index.value(machine)?.checked_mul(i64::from(*size))?)
         });
         let Some(first) = index else { return missing() };
-        let chip = target.chip();
+        let chip = machine.chip();
         let in_memory = |address: u32| match memory_at(chip, address) {
-            Some((space, addr)) if target.peek(space, addr).is_some() => ObjectByteLocation::Memory(space, addr),
+            Some((space, addr)) if machine.peek(space, addr).is_some() => ObjectByteLocation::Memory(space, addr),
             _ => ObjectByteLocation::Missing,
         };
         match &self.base {
             ObjectBase::At(addr) => {
-                let addr = addr.value(target).and_then(|addr| addr.checked_add(first));
+                let addr = addr.value(machine).and_then(|addr| addr.checked_add(first));
                 let Some(addr) = addr.and_then(|addr| u32::try_from(addr).ok()) else { return missing() };
                 let is_data = addr < 0x1_0000 && !chip.has_sdcc_pointers();
                 let addr = if is_data { addr | AVR_DATA } else { addr };
                 (0..bytes).map(|n| in_memory(addr.saturating_add(n))).collect()
             }
             ObjectBase::Value(_) | ObjectBase::AddressOf(_) => {
-                let Some(value) = self.number(target) else {
-                    let gone = matches!(&self.base, ObjectBase::Value(of) if of.is_optimized_out(target));
+                let Some(value) = self.number(machine) else {
+                    let gone = matches!(&self.base, ObjectBase::Value(of) if of.is_optimized_out(machine));
                     let what = if gone { ObjectByteLocation::OptimizedAway } else { ObjectByteLocation::Missing };
                     return vec![what; bytes as usize];
                 };
@@ -77,19 +77,19 @@ impl ObjectExpr {
             }
             ObjectBase::Variable { variable, known, level } => {
                 let frame = match known.is_empty() {
-                    true => self.calls.frame(target, 0),
-                    false => self.frame(target, known, *level),
+                    true => self.calls.frame(machine, 0),
+                    false => self.frame(machine, known, *level),
                 };
                 let Some(frame) = frame else { return missing() };
-                let view = CalledFrame { calls: &self.calls, frame: MachineFrame { target, frame: &frame } };
+                let view = CalledFrame { calls: &self.calls, frame: MachineFrame { machine, frame: &frame } };
                 let byte = emu_core::image::FrameView::pc_byte(&view);
                 let all = self.info().locate_bytes(variable, self.info().function_at(byte), &view);
                 let cell = |at: ByteLocation| match at {
                     ByteLocation::Memory(address) => in_memory(address),
                     // On the 8051, the places where a call saves registers are unknown.
                     ByteLocation::Register(number) if chip.has_sdcc_pointers() => {
-                        let bank = target.reg("PSW").unwrap_or(0) & 0x18;
-                        match frame.word == target.pc() {
+                        let bank = machine.reg("PSW").unwrap_or(0) & 0x18;
+                        match frame.word == machine.pc() {
                             true => ObjectByteLocation::Memory(chip.ram_space, bank + u32::from(number)),
                             false => ObjectByteLocation::OptimizedAway,
                         }
@@ -122,20 +122,20 @@ impl ObjectExpr {
 impl ObjectExpr {
     /// Returns the bytes that a parameter had when its function was called, if the debugging information
     /// describes them.
-    pub(in crate::debug) fn bytes_at_call(&self, target: &dyn DynMachine) -> Option<Vec<u8>> {
+    pub(in crate::debug) fn bytes_at_call(&self, machine: &dyn DynMachine) -> Option<Vec<u8>> {
         let ObjectBase::Variable { variable, known, level } = &self.base else { return None };
-        let frame = self.frame(target, known, *level).filter(|_| variable.parameter)?;
-        let value = self.calls.parameter_at_call(target, &frame, variable)?;
+        let frame = self.frame(machine, known, *level).filter(|_| variable.parameter)?;
+        let value = self.calls.parameter_at_call(machine, &frame, variable)?;
         value.to_le_bytes().get(..self.bytes()? as usize).map(<[u8]>::to_vec)
     }
 }
 
 impl ObjectByteLocation {
     /// Returns the current value of the byte as a constant.
-    pub(super) fn frozen(self, target: &dyn DynMachine) -> ObjectByteLocation {
+    pub(super) fn frozen(self, machine: &dyn DynMachine) -> ObjectByteLocation {
         match self {
             ObjectByteLocation::Memory(space, addr) => {
-                target.peek(space, addr).map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value)
+                machine.peek(space, addr).map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value)
             }
             other => other,
         }
@@ -143,9 +143,9 @@ impl ObjectByteLocation {
 
     /// Returns the current value of the byte.
     #[must_use]
-    pub fn value(self, target: &dyn DynMachine) -> Option<u8> {
+    pub fn value(self, machine: &dyn DynMachine) -> Option<u8> {
         match self {
-            ObjectByteLocation::Memory(space, addr) => target.peek(space, addr),
+            ObjectByteLocation::Memory(space, addr) => machine.peek(space, addr),
             ObjectByteLocation::Value(value) => Some(value),
             ObjectByteLocation::OptimizedAway | ObjectByteLocation::Missing => None,
         }

@@ -4,10 +4,10 @@ use emu_core::image::CONSTANT_SPACE;
 
 use super::NameScope;
 use crate::address_names::{AddressRange, split_memory};
-use crate::debug::breakpoint_probe::{ByteOrBit, byte_of};
 use crate::debug::error::DebugError;
 use crate::debug::expression::DebugExpression;
 use crate::debug::expression_place::ExpressionPlace;
+use crate::debug::watchpoint_probe::{ByteOrBit, byte_of};
 use crate::stimulus;
 
 impl NameScope {

@@ -38,8 +38,8 @@ const LABEL: u16 = 46;
 /// Flags of a line from which the code at its address was made; other lines at the address made no code.
 const MADE_CODE: u8 = 0x80;
 
-/// Whether a file can only be a `.cod`: it names a tool and a processor at their offsets, and its first block
-/// is not text.
+/// Returns true if a file can only be a `.cod`: it names a tool and a processor at their offsets, and its
+/// first block is not text.
 pub(in super::super) fn is_cod_file(bytes: &[u8]) -> bool {
     let texts = [MAKER, PROCESSOR].map(|at| text(bytes, at));
     let binary = bytes.iter().take(BLOCK_BYTES).any(|&byte| byte == 0);

@@ -13,7 +13,7 @@ use super::super::names;
 use super::super::{CollectedSymbols, FaultList, numbered_lines, pos_of, report_damaged};
 use super::cod::names_in_file;
 
-/// Whether a line is the first line of a map.
+/// Returns true if a line is the first line of a map.
 pub(in super::super) fn is_map_file(first: &str) -> bool {
     first.starts_with("gplink-")
 }

@@ -23,7 +23,7 @@ use diag::Pos;
 use super::{ScopeTracker, bit_address};
 use crate::image::symbols::{CollectedSymbols, FaultList, MemorySpace, numbered_lines, pos_of, report_damaged};
 
-/// Whether a line is the first line of such a map.
+/// Returns true if a line is the first line of such a map.
 pub(in crate::image::symbols) fn is_m51_map(first: &str) -> bool {
     is_page(first.trim_start_matches('\u{c}').trim_start())
 }

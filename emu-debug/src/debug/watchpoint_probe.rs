@@ -1,4 +1,5 @@
-//! The probe of the debugger: it observes what the points wait for.
+//! The probe of the debugger: it observes accesses, pins and expressions for the watchpoints, and keeps the
+//! log of chip events. Breakpoints on code need no probe: the machine itself stops there.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +11,7 @@ use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::event_log::SessionEvents;
 use super::expression::DebugExpression;
 use super::points::{AccessKind, DebugPoints, PointTrigger};
-use super::session::PointHit;
+use super::session_stop::PointHit;
 use crate::access_monitor::{AccessWatch, MatchedAccess};
 use crate::address_names::AddressRange;
 use crate::bit_space::{self, BIT_SPACE};
@@ -27,8 +28,8 @@ pub(super) struct Observation {
     pub write: bool,
 }
 
-/// What is observed, and what was seen since the last check.
-pub(super) struct BreakpointProbe {
+/// The watchpoints of a session, and what was observed for them since the last check.
+pub(super) struct WatchpointProbe {
     chip: &'static Chip,
     accesses: Vec<(u32, AddressRange, AccessKind)>,
     /// Pins with the awaited level and the current one.
@@ -37,12 +38,12 @@ pub(super) struct BreakpointProbe {
     changes: Vec<(u32, DebugExpression, Option<i64>)>,
     /// Whether all expressions depend only on RAM, so that only writes can change them.
     ram_only: bool,
-    /// Canonical addresses of those bytes of RAM.
+    /// Canonical addresses of the bytes of RAM that the watched expressions read.
     watched_ram: BTreeSet<u32>,
     /// Observations of this instruction.
     pub observations: Vec<Observation>,
     /// The event log, if one is kept.
-    pub events: Option<SessionEvents>,
+    pub chip_events: Option<SessionEvents>,
     pc: u32,
     /// The cycle of the last stop before an instruction: the run does not stop again there.
     stopped_before: Option<u64>,
@@ -50,19 +51,19 @@ pub(super) struct BreakpointProbe {
     pub interrupts_entered: u32,
 }
 
-impl BreakpointProbe {
+impl WatchpointProbe {
     /// Returns a probe for all enabled points; expressions count as changed relative to their current values.
-    pub fn new(points: &DebugPoints, target: &dyn DynMachine) -> BreakpointProbe {
-        let mut probe = BreakpointProbe {
-            chip: target.chip(),
+    pub fn new(points: &DebugPoints, machine: &dyn DynMachine) -> WatchpointProbe {
+        let mut probe = WatchpointProbe {
+            chip: machine.chip(),
             accesses: Vec::new(),
             pins: Vec::new(),
             changes: Vec::new(),
             ram_only: true,
             watched_ram: BTreeSet::new(),
             observations: Vec::new(),
-            events: None,
-            pc: target.pc(),
+            chip_events: None,
+            pc: machine.pc(),
             stopped_before: None,
             interrupts_entered: 0,
         };
@@ -70,13 +71,13 @@ impl BreakpointProbe {
             match &point.trigger {
                 PointTrigger::Code(_) => {}
                 PointTrigger::Access(range, access) => probe.accesses.push((point.id, *range, *access)),
-                PointTrigger::Pin(pin, level) => probe.pins.push((point.id, *pin, *level, target.pin_level(*pin))),
+                PointTrigger::Pin(pin, level) => probe.pins.push((point.id, *pin, *level, machine.pin_level(*pin))),
                 PointTrigger::Change(expr) => {
-                    probe.ram_only &= expr.depends_only_on_ram(target);
+                    probe.ram_only &= expr.depends_only_on_ram(machine);
                     expr.visit_byte_addresses(&mut |addr| {
-                        _ = probe.watched_ram.insert(target.canonical_ram_address(addr).unwrap_or(addr))
+                        _ = probe.watched_ram.insert(machine.canonical_ram_address(addr).unwrap_or(addr))
                     });
-                    probe.changes.push((point.id, expr.clone(), expr.watched_value(target)));
+                    probe.changes.push((point.id, expr.clone(), expr.watched_value(machine)));
                 }
             }
         }
@@ -94,14 +95,14 @@ impl BreakpointProbe {
             ObserveLevel::All
         } else if !self.changes.is_empty() {
             ObserveLevel::Instructions
-        } else if !self.pins.is_empty() || self.events.is_some() {
+        } else if !self.pins.is_empty() || self.chip_events.is_some() {
             ObserveLevel::Events
         } else {
             ObserveLevel::Nothing
         }
     }
 
-    /// Reports whether the byte of RAM is part of a watched expression.
+    /// Returns true if the byte of RAM is part of a watched expression.
     fn is_watched(&self, space: &'static str, addr: u32) -> bool {
         let byte = byte_of(self.chip, space, addr);
         byte.space == self.chip.ram_space && self.watched_ram.contains(&byte.addr)
@@ -109,16 +110,16 @@ impl BreakpointProbe {
 
     /// Returns points whose expression has changed since the last check, with both values, or whose pin has
     /// changed. An action on a stopped machine (a reset) produces no event, so pins are compared here too.
-    pub fn take_changes(&mut self, target: &dyn DynMachine) -> Vec<PointChange> {
+    pub fn take_changes(&mut self, machine: &dyn DynMachine) -> Vec<PointChange> {
         let mut found = Vec::new();
         for (id, expr, old) in &mut self.changes {
-            let new = expr.watched_value(target);
+            let new = expr.watched_value(machine);
             if new != *old {
                 found.push(PointChange { id: *id, old: std::mem::replace(old, new), new });
             }
         }
         for (id, pin, wanted, old) in &mut self.pins {
-            let new = target.pin_level(*pin);
+            let new = machine.pin_level(*pin);
             if new != std::mem::replace(old, new) && wanted.is_none_or(|wanted| wanted == new) {
                 found.push(PointChange { id: *id, old: None, new: None });
             }
@@ -127,7 +128,7 @@ impl BreakpointProbe {
     }
 }
 
-impl Probe for BreakpointProbe {
+impl Probe for WatchpointProbe {
     fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         self.pc = pc;
         !self.changes.is_empty() && !self.ram_only && self.stopped_before.replace(at) != Some(at)
@@ -154,7 +155,7 @@ impl Probe for BreakpointProbe {
     }
 
     fn on_event(&mut self, event: ChipEvent) -> bool {
-        if let Some(events) = &mut self.events {
+        if let Some(events) = &mut self.chip_events {
             events.push(event);
         }
         let ChipEvent::Edge { pin, level, .. } = event else { return false };
@@ -199,12 +200,12 @@ pub(super) struct PointChange {
 /// Returns the points with an observation, each once, regardless of their conditions.
 pub(super) fn candidate_hits(
     points: &DebugPoints,
-    target: &dyn DynMachine,
+    machine: &dyn DynMachine,
     observations: &[Observation],
     changes: &[PointChange],
     stop: StopReason,
 ) -> Vec<PointHit> {
-    let pc = target.pc();
+    let pc = machine.pc();
     let mut hits: Vec<PointHit> = Vec::new();
     if let StopReason::Breakpoint { pc } = stop {
         let here =

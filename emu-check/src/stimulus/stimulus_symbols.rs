@@ -1,5 +1,5 @@
-//! Values worth trying for the integers of a program: its constants, presets and limits, and their
-//! neighbours.
+//! The symbols of a program that a stimulus can set, and the values worth trying for its integers: its
+//! constants, presets and limits, and their neighbours.
 
 use emu_core::rng::Rng;
 use ladder::symbols::for_each_symbol_use;
@@ -30,9 +30,9 @@ pub(crate) fn truncate_to_bytes(value: i64, bytes: u8) -> i32 {
     (value << unused >> unused) as i32
 }
 
-/// The symbols of a program by how they can be stimulated, and the values worth writing.
+/// The symbols of a program by the way in which a stimulus can set them, and the values worth trying.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct ValueHints {
+pub(crate) struct StimulusSymbols {
     /// Symbol indices of the inputs.
     pub inputs: Vec<usize>,
     /// Symbol indices of relays and outputs.
@@ -53,9 +53,9 @@ pub(crate) struct ValueHints {
     all_values: Vec<i32>,
 }
 
-impl ValueHints {
+impl StimulusSymbols {
     /// Collects the symbols and constants of a program.
-    pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> ValueHints {
+    pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> StimulusSymbols {
         let symbols = eval.symbols();
         let symbols_of_kind = |wanted: fn(SymbolKind) -> bool| -> Vec<usize> {
             (0..symbols.len()).filter(|&i| symbols.get(i).is_some_and(|s| wanted(s.kind))).collect()
@@ -87,7 +87,7 @@ impl ValueHints {
             values.sort_unstable();
             values.dedup();
         }
-        ValueHints {
+        StimulusSymbols {
             inputs: symbols_of_kind(|kind| kind == SymbolKind::Input),
             bits: symbols_of_kind(|kind| kind.is_bit() && kind != SymbolKind::Input),
             integers: symbols_of_kind(|kind| !kind.is_bit()),
