@@ -63,29 +63,29 @@ fn run_command_line() -> u8 {
             };
         }
     };
-    let terminal = MessageStyle::new(cli.color, cli.verbose);
+    let style = MessageStyle::new(cli.color, cli.verbose);
     let json = cli.verb.json();
     let name = cli.verb.name();
-    fail::report_result(run_verb(cli.verb, &terminal), name, json, &terminal)
+    fail::report_result(run_verb(cli.verb, &style), name, json, &style)
 }
 
-fn run_verb(verb: CliVerb, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+fn run_verb(verb: CliVerb, style: &MessageStyle) -> Result<u8, VerbFailure> {
     match verb {
-        CliVerb::Run(args) => run::run(&args, terminal),
-        CliVerb::Check(args) => check::check(&args, terminal),
-        CliVerb::Fuzz(args) => fuzz::fuzz(&args, terminal),
-        CliVerb::Debug(args) => debug::debug(&args, terminal),
-        CliVerb::Dap(args) => dap::dap(&args, terminal),
-        CliVerb::Compile(args) => compile::compile(&args, terminal),
-        CliVerb::Asm(args) => asm::asm(&args, terminal),
-        CliVerb::Sim(args) => sim::sim(&args, terminal),
-        CliVerb::Test(args) => test::test(&args, terminal),
+        CliVerb::Run(args) => run::run(&args, style),
+        CliVerb::Check(args) => check::check(&args, style),
+        CliVerb::Fuzz(args) => fuzz::fuzz(&args, style),
+        CliVerb::Debug(args) => debug::debug(&args, style),
+        CliVerb::Dap(args) => dap::dap(&args, style),
+        CliVerb::Compile(args) => compile::compile(&args, style),
+        CliVerb::Asm(args) => asm::asm(&args, style),
+        CliVerb::Sim(args) => sim::sim(&args, style),
+        CliVerb::Test(args) => test::test(&args, style),
         CliVerb::Diff(args) => diff::diff(&args),
         CliVerb::Wave(args) => wave::wave(&args),
-        CliVerb::Disasm(args) => disasm::disasm(&args, terminal),
-        CliVerb::Lockstep(args) => lockstep::lockstep(&args, terminal),
-        CliVerb::Draw(args) => draw::draw(&args, terminal),
-        CliVerb::Migrate(args) => migrate::migrate(&args, terminal),
+        CliVerb::Disasm(args) => disasm::disasm(&args, style),
+        CliVerb::Lockstep(args) => lockstep::lockstep(&args, style),
+        CliVerb::Draw(args) => draw::draw(&args, style),
+        CliVerb::Migrate(args) => migrate::migrate(&args, style),
         CliVerb::Chips(args) => chips::chips(&args),
         CliVerb::Explain(args) => explain::explain(&args),
         CliVerb::Completions(args) => shell::completions(&args),

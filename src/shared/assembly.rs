@@ -25,17 +25,17 @@ pub fn assemble_image(
     file: &str,
     bytes: &[u8],
     chip: &'static Chip,
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<Image, VerbFailure> {
     let mut assembled = assemble(file, bytes, chip, AssembleOptions::default(), &[])?;
     let image = std::mem::take(&mut assembled.image);
-    report_warnings(terminal, assembled);
+    report_warnings(style, assembled);
     Ok(image)
 }
 
 /// Prints the warnings of an assembled source.
-pub fn report_warnings(terminal: &MessageStyle, assembled: AssembledProgram) {
-    report_diagnostics(terminal, &assembled.warnings, &texts(&assembled.texts));
+pub fn report_warnings(style: &MessageStyle, assembled: AssembledProgram) {
+    report_diagnostics(style, &assembled.warnings, &texts(&assembled.texts));
 }
 
 /// Assembles a source; include files are found in its folder and in `folders`.

@@ -71,7 +71,7 @@ impl VerbFailure {
 }
 
 /// Reports the result of a verb, and returns the exit code.
-pub fn report_result(result: Result<u8, VerbFailure>, verb: &str, json: bool, terminal: &MessageStyle) -> u8 {
+pub fn report_result(result: Result<u8, VerbFailure>, verb: &str, json: bool, style: &MessageStyle) -> u8 {
     match result {
         Ok(code) => code,
         Err(VerbFailure::Pipe) => exit::OK,
@@ -82,13 +82,13 @@ pub fn report_result(result: Result<u8, VerbFailure>, verb: &str, json: bool, te
         Err(VerbFailure::Refused(diagnostics, texts)) => {
             let lost = diagnostics.iter().any(|d| d.code == UNWRITABLE && d.file == "-");
             if !json || lost {
-                report_diagnostics(terminal, &diagnostics, &texts);
+                report_diagnostics(style, &diagnostics, &texts);
             } else if let Err(VerbFailure::Refused(why, _)) =
                 output::print_json(&json!({ "schema": 1, "errors": diagnostics }))
             {
                 // Standard output failed, so report the diagnostics and the write error on standard error.
-                report_diagnostics(terminal, &diagnostics, &texts);
-                report_diagnostics(terminal, &why, FileTexts::NONE);
+                report_diagnostics(style, &diagnostics, &texts);
+                report_diagnostics(style, &why, FileTexts::NONE);
             }
             exit::REFUSED
         }

@@ -65,7 +65,7 @@ impl ReadFlags {
         ReadOptions { dialect: self.dialect, notation: self.notation, cycle_us: self.cycle.map(|cycle| cycle.0) }
     }
 
-    /// Whether no flag is given.
+    /// Returns true if no flag is given.
     pub fn is_empty(&self) -> bool {
         self.options() == ReadOptions::default()
     }

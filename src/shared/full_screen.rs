@@ -91,7 +91,7 @@ pub fn show_panel(
     program: &LadderProgram,
     evaluator: Evaluator,
     changes: &[ScanChange],
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     if args.realtime && program.settings.cycle_us == 0 {
         return Err(VerbFailure::Usage("--realtime: the program has no cycle time (CYCLE=)".to_owned()));
@@ -108,7 +108,7 @@ pub fn show_panel(
             panel.set_level(symbol, level);
         }
     }
-    show_view(&mut panel, &args.played, "--watch", terminal)
+    show_view(&mut panel, &args.played, "--watch", style)
 }
 
 /// Shows a full-screen view until the user leaves it, or prints the picture after the scripted keys. `flag`
@@ -117,9 +117,9 @@ pub fn show_view(
     app: &mut dyn ScreenView,
     played: &ScriptedKeys,
     flag: &str,
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
-    let look = ScreenStyle { color: terminal.screen };
+    let look = ScreenStyle { color: style.screen };
     if let Some(steps) = &played.keys {
         let ScreenSize { columns: width, lines: height } = played.size.unwrap_or(DEFAULT_SIZE);
         let picture = key_script::play_keys(app, steps, Rect::new(0, 0, width, height), look);

@@ -79,10 +79,10 @@ pub fn read_file(file: &str) -> io::Result<Vec<u8>> {
 }
 
 /// Reads the image for `chip` from a HEX, ELF or object file, or assembles it from a source. Prints warnings.
-pub fn read_image(file: &str, chip: &'static Chip, terminal: &MessageStyle) -> Result<Image, VerbFailure> {
+pub fn read_image(file: &str, chip: &'static Chip, style: &MessageStyle) -> Result<Image, VerbFailure> {
     let bytes = read_bytes(file)?;
     if assembly::is_source(file) || file == "-" && is_text(&bytes) {
-        let image = assembly::assemble_image(file, &bytes, chip, terminal)?;
+        let image = assembly::assemble_image(file, &bytes, chip, style)?;
         let faults = ap101::configuration_faults(file, &[], chip, &image);
         return if faults.is_empty() { Ok(image) } else { Err(VerbFailure::Refused(faults, FileTexts::default())) };
     }
@@ -95,10 +95,10 @@ pub fn read_image(file: &str, chip: &'static Chip, terminal: &MessageStyle) -> R
             loaded.warnings.extend(guess_chip(file, &bytes, chip, false));
             // The source lines of an ELF file are not in the file itself, so there is no text to draw.
             if bytes.starts_with(ELF_MAGIC) {
-                report_diagnostics(terminal, &loaded.warnings, FileTexts::NONE);
+                report_diagnostics(style, &loaded.warnings, FileTexts::NONE);
                 loaded.image.lines = SourceLines::from_elf(file, bytes);
             } else {
-                report_diagnostics(terminal, &loaded.warnings, &FileTexts::one(file, bytes));
+                report_diagnostics(style, &loaded.warnings, &FileTexts::one(file, bytes));
             }
             Ok(loaded.image)
         }
@@ -136,29 +136,29 @@ pub fn read_image_with_symbols(
     file: &str,
     symbols: &[String],
     chip: &'static Chip,
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<Image, VerbFailure> {
     if std::iter::once(file).chain(symbols.iter().map(String::as_str)).filter(|name| *name == "-").count() > 1 {
         return Err(VerbFailure::Usage("standard input (-) can be only one of the files".to_owned()));
     }
     let Some(spaces) = chip.family_traits().symbol_spaces else {
         return match symbols.first() {
-            None => read_image(file, chip, terminal),
+            None => read_image(file, chip, style),
             Some(_) => Err(VerbFailure::Usage(format!(
                 "--symbols reads what SDCC, Keil and gputils write for the 8051 and PIC16 families; a program for {} has its symbols in its ELF file or source",
                 chip.name
             ))),
         };
     };
-    let mut image = read_image(file, chip, terminal)?;
+    let mut image = read_image(file, chip, style)?;
     let files = symbols.iter().map(|name| Ok((name, read_bytes(name)?))).collect::<Result<Vec<_>, VerbFailure>>()?;
     let read: Vec<SymbolFile<'_>> = files.iter().map(|(name, bytes)| SymbolFile { name, bytes }).collect();
     let loaded = image::load_symbols(&read, spaces);
     let texts = FileTexts(files.into_iter().map(|(name, bytes)| (name.clone(), bytes)).collect());
     match loaded {
         Ok(found) => {
-            report_diagnostics(terminal, &found.warnings, &texts);
-            report_diagnostics(terminal, &foreign_symbol_warnings(&found, symbols, &image, chip), FileTexts::NONE);
+            report_diagnostics(style, &found.warnings, &texts);
+            report_diagnostics(style, &foreign_symbol_warnings(&found, symbols, &image, chip), FileTexts::NONE);
             let constant = |(name, value)| SymbolAt::new(name, CONSTANT_SPACE, value, 0);
             image.symbols.extend(found.symbols);
             image.symbols.extend(found.unplaced.into_iter().map(constant));
@@ -253,10 +253,10 @@ pub fn read_program(
     file: &str,
     options: ReadOptions,
     checked: bool,
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<ReadProgram, VerbFailure> {
     let (read, notes) = parse_program(file, read_bytes(file)?, options, checked)?;
-    report_diagnostics(terminal, &notes, &read.texts);
+    report_diagnostics(style, &notes, &read.texts);
     Ok(read)
 }
 
@@ -266,7 +266,7 @@ pub fn read_program_for_pins(
     file: &str,
     options: ReadOptions,
     pins: &[PinAssignment],
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<ReadProgram, VerbFailure> {
     let (read, mut notes) = parse_program(file, read_bytes(file)?, options, true)?;
     let moved = |note: &Diagnostic| {
@@ -274,7 +274,7 @@ pub fn read_program_for_pins(
         read.program.io.iter().any(|entry| of(&entry))
     };
     notes.retain(|note| note.code != ladder::NO_PORT_PIN || !moved(note));
-    report_diagnostics(terminal, &notes, &read.texts);
+    report_diagnostics(style, &notes, &read.texts);
     Ok(read)
 }
 

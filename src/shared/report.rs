@@ -73,7 +73,7 @@ impl FileTexts {
 
 /// Prints diagnostics on standard error: an error with its source line if available, a warning or note as one
 /// line. The last line counts the warnings and notes.
-pub fn report_diagnostics(terminal: &MessageStyle, diagnostics: &[Diagnostic], texts: &FileTexts) {
+pub fn report_diagnostics(style: &MessageStyle, diagnostics: &[Diagnostic], texts: &FileTexts) {
     let mut drawn = Vec::new();
     let mut hints = BTreeSet::new();
     // Diagnostics of one file in sequence share its split lines.
@@ -82,18 +82,18 @@ pub fn report_diagnostics(terminal: &MessageStyle, diagnostics: &[Diagnostic], t
         let text = diag::text::readable(text);
         let lines: Vec<&str> = text.split('\n').take(MAX_NUMBER as usize).collect();
         for diagnostic in about {
-            if !diagnostic.is_error() && !terminal.verbose {
-                one_line(terminal, diagnostic, hints.insert(&diagnostic.hint), &mut drawn);
+            if !diagnostic.is_error() && !style.verbose {
+                one_line(style, diagnostic, hints.insert(&diagnostic.hint), &mut drawn);
                 continue;
             }
             let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
             match line.filter(|line| line.len() <= MAX_LENGTH) {
-                Some(line) => write_drawing(terminal, diagnostic, line, &mut drawn),
-                None => write_plain(terminal, diagnostic, &mut drawn),
+                Some(line) => write_drawing(style, diagnostic, line, &mut drawn),
+                None => write_plain(style, diagnostic, &mut drawn),
             }
         }
     }
-    if !terminal.verbose {
+    if !style.verbose {
         write_counts(diagnostics, &mut drawn);
     }
     _ = std::io::stderr().write_all(&drawn);
@@ -101,9 +101,9 @@ pub fn report_diagnostics(terminal: &MessageStyle, diagnostics: &[Diagnostic], t
 
 /// Writes `file:line:column: warning[CODE]: cause (hint: ..)`. A hint that several diagnostics share is
 /// printed once.
-fn one_line(terminal: &MessageStyle, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
+fn one_line(style: &MessageStyle, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
     let (name, _) = report_kind(diagnostic.severity);
-    let (on, off) = ansi(terminal, diagnostic.severity);
+    let (on, off) = ansi(style, diagnostic.severity);
     let hint = match diagnostic.hint.as_str() {
         hint if with_hint && !hint.is_empty() => format!(" (hint: {hint})"),
         _ => String::new(),
@@ -137,8 +137,8 @@ fn place(diagnostic: &Diagnostic) -> String {
 }
 
 /// Returns the escape sequences that begin and end the colour of a severity.
-fn ansi(terminal: &MessageStyle, severity: Severity) -> (&'static str, &'static str) {
-    match (terminal.color, severity) {
+fn ansi(style: &MessageStyle, severity: Severity) -> (&'static str, &'static str) {
+    match (style.color, severity) {
         (false, _) => ("", ""),
         (true, Severity::Error) => ("\x1b[31m", "\x1b[0m"),
         (true, Severity::Warning) => ("\x1b[33m", "\x1b[0m"),
@@ -155,9 +155,9 @@ fn report_kind(severity: Severity) -> (&'static str, Color) {
 }
 
 /// Writes a diagnostic without a source line.
-fn write_plain(terminal: &MessageStyle, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
+fn write_plain(style: &MessageStyle, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
     let (name, _) = report_kind(diagnostic.severity);
-    let (on, off) = ansi(terminal, diagnostic.severity);
+    let (on, off) = ansi(style, diagnostic.severity);
     let place = place(diagnostic);
     _ = writeln!(out, "{on}[{}] {name}:{off} {place}: {}", diagnostic.code, diagnostic.cause);
     if !diagnostic.hint.is_empty() {
@@ -169,7 +169,7 @@ fn write_plain(terminal: &MessageStyle, diagnostic: &Diagnostic, out: &mut Vec<u
 ///
 /// The drawing library sees only that line, after as many empty lines as its line number needs, so the rest
 /// of the file cannot affect the drawing.
-fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
+fn write_drawing(style: &MessageStyle, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
     let clean: String = line.trim_end().chars().map(|c| if c.is_control() || is_break(c) { ' ' } else { c }).collect();
     let length = clean.chars().count();
     let (name, color) = report_kind(diagnostic.severity);
@@ -184,9 +184,9 @@ fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, o
     let file = printable(&diagnostic.file);
     let span = (&*file, above + start..above + end);
     let config = Config::default()
-        .with_color(terminal.color)
+        .with_color(style.color)
         .with_label_attach(LabelAttach::Start)
-        .with_char_set(if terminal.is_terminal { CharSet::Unicode } else { CharSet::Ascii });
+        .with_char_set(if style.is_terminal { CharSet::Unicode } else { CharSet::Ascii });
     let title = codes::find_code(diagnostic.code).map_or("", |code| code.title);
     let mut report = Report::build(ReportKind::Custom(name, color), span.clone())
         .with_config(config)
@@ -198,18 +198,18 @@ fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, o
     }
     let mut piece = Vec::new();
     match report.finish().write((&*file, source), &mut piece) {
-        Ok(()) => write_tidied(terminal, &String::from_utf8_lossy(&piece), out),
-        Err(_) => write_plain(terminal, diagnostic, out),
+        Ok(()) => write_tidied(style, &String::from_utf8_lossy(&piece), out),
+        Err(_) => write_plain(style, diagnostic, out),
     }
 }
 
 /// Removes trailing spaces, and colours that the library writes for the kind of a message even when colours
 /// are off.
-fn write_tidied(terminal: &MessageStyle, piece: &str, out: &mut Vec<u8>) {
+fn write_tidied(style: &MessageStyle, piece: &str, out: &mut Vec<u8>) {
     for line in piece.lines() {
         let mut rest = line;
         let mut clean = String::new();
-        while let Some((before, after)) = rest.split_once('\x1b').filter(|_| !terminal.color) {
+        while let Some((before, after)) = rest.split_once('\x1b').filter(|_| !style.color) {
             clean.push_str(before);
             rest = after.split_once('m').map_or("", |(_, rest)| rest);
         }

@@ -129,9 +129,9 @@ impl ScenarioFile {
         &self,
         verdict: &ScenarioVerdict,
         (of_run, printed): (u8, bool),
-        terminal: &MessageStyle,
+        style: &MessageStyle,
     ) -> Result<u8, VerbFailure> {
-        let code = self.report_verdict(&PlayedScenario { steps: self.steps(), verdict }, printed, terminal)?;
+        let code = self.report_verdict(&PlayedScenario { steps: self.steps(), verdict }, printed, style)?;
         let failed = of_run == exit::FAULT || of_run == exit::FAILED && code == exit::LIMIT;
         Ok(if failed || code == exit::OK { of_run } else { code })
     }
@@ -142,10 +142,10 @@ impl ScenarioFile {
         &self,
         played: &PlayedScenario<'_>,
         printed: bool,
-        terminal: &MessageStyle,
+        style: &MessageStyle,
     ) -> Result<u8, VerbFailure> {
         if let Some(complaint) = played.verdict.to_diagnostic(&self.scenario.file) {
-            report_diagnostics(terminal, &[complaint], &self.texts());
+            report_diagnostics(style, &[complaint], &self.texts());
         }
         let line = self.verdict_line(played);
         if printed {

@@ -77,7 +77,7 @@ fn parse_define(text: &str) -> Result<NamedText, UsageError> {
 }
 
 /// Assembles a source. If any step fails, no file is written.
-pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn asm(args: &AsmArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let chip = args.mcu.choose_chip(&args.file)?.chip;
     if args.undefined_global && chip.family != ChipFamily::Mcs51 {
         return Err(VerbFailure::Usage(format!(
@@ -114,7 +114,7 @@ pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.json {
         output::print_json(&document(&assembled, chip))?;
     } else {
-        report_warnings(terminal, assembled);
+        report_warnings(style, assembled);
     }
     Ok(exit::OK)
 }

@@ -95,7 +95,7 @@ pub struct CheckArgs {
 }
 
 /// Checks programs on chips.
-pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn check(args: &CheckArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.files.iter().filter(|file| *file == "-").count() > 1 {
         return Err(VerbFailure::Usage("standard input (-) can be only one of the programs".to_owned()));
     }
@@ -108,10 +108,8 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     for file in &args.files {
         output::check_input_not_overwritten(file, &outputs)?;
     }
-    let programs = args
-        .files
-        .iter()
-        .map(|file| input::read_program_for_pins(file, args.read.options(), &args.target.pins, terminal));
+    let programs =
+        args.files.iter().map(|file| input::read_program_for_pins(file, args.read.options(), &args.target.pins, style));
     let programs = programs.collect::<Result<Vec<ReadProgram>, VerbFailure>>()?;
     let all = args.mcu.iter().any(|choice| matches!(choice, ChipChoice::All));
     let mut chips: Vec<&'static str> = Vec::new();
@@ -130,7 +128,7 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         programs.iter().for_each(|read| read.note_other_chip(chip));
     }
     if let Some(image) = &args.image {
-        return check_foreign_image(args, image, &chips, &programs, terminal);
+        return check_foreign_image(args, image, &chips, &programs, style);
     }
     if let Some(file) = &args.scenario {
         scenario::check_flags(args, programs.len())?;
@@ -138,7 +136,7 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         let chips = selected_chips(&chips, read)?;
         let options: Vec<CheckOptions> =
             chips.iter().map(|chip| with_supported_clock(options(args, chip), read, all)).collect();
-        return scenario::check(args, file, read, &options, all, terminal);
+        return scenario::check(args, file, read, &options, all, style);
     }
     if let Some(via) = args.via {
         let sketch = via == emu_check::via::SourceRoute::Arduino;
@@ -169,7 +167,7 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         pairs.extend(chips.iter().map(|chip| (read, with_supported_clock(options(args, chip), read, all))));
     }
     let bar = CheckProgress::new(
-        terminal,
+        style,
         (pairs.len() as u64).saturating_mul(args.scans.unwrap_or(CheckOptions::default().scans)),
     );
     let clock_notes: BTreeSet<String> =
@@ -197,7 +195,7 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     let files: Vec<(&str, &[u8])> = texts.iter().flatten().map(|(file, text)| (*file, text.as_bytes())).collect();
     output::write_files(&files)?;
     match <[CheckOutcome; 1]>::try_from(outcomes) {
-        Ok([outcome]) => report_single(args, outcome, programs, terminal),
+        Ok([outcome]) => report_single(args, outcome, programs, style),
         Err(outcomes) => {
             if !clock_notes.is_empty() {
                 let clock_notes: Vec<String> = clock_notes.into_iter().collect();
@@ -208,7 +206,7 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
                 let file = programs.first().map_or("-", |read| read.program.file.as_str());
                 let note =
                     Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
-                report_diagnostics(terminal, &[note], &FileTexts::default());
+                report_diagnostics(style, &[note], &FileTexts::default());
             }
             report_many(args, all, outcomes)
         }
@@ -236,7 +234,7 @@ fn check_foreign_image(
     file: &str,
     chips: &[&'static str],
     programs: &[ReadProgram],
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     let [read] = programs else {
         return Err(VerbFailure::Usage("--image is of one program; give one".to_owned()));
@@ -256,11 +254,11 @@ fn check_foreign_image(
         _ => return Err(VerbFailure::Usage("--image is for one chip; give one with --mcu".to_owned())),
     };
     let row = family::parse_chip(chip).map_err(VerbFailure::usage)?;
-    let image = input::read_image(file, row, terminal)?;
+    let image = input::read_image(file, row, style)?;
     let map = args.map.as_deref().map(read_map_file).transpose()?;
     let wanted =
         emu_check::ForeignImage { file, image: &image, map: args.map.as_deref().zip(map.as_ref()), scans: args.scans };
-    let bar = CheckProgress::new(terminal, args.scans.unwrap_or(emu_check::MAX_SCANS));
+    let bar = CheckProgress::new(style, args.scans.unwrap_or(emu_check::MAX_SCANS));
     let mut done_before = 0;
     let mut progress = |done: u64, of: u64| {
         bar.set_total(of);
@@ -274,7 +272,7 @@ fn check_foreign_image(
             if args.json {
                 output::print_json(&checked)?;
             } else {
-                report_diagnostics(terminal, &checked.notes, &FileTexts::default());
+                report_diagnostics(style, &checked.notes, &FileTexts::default());
                 output::print(checked.text())?;
             }
             Ok(if checked.agreed { exit::OK } else { exit::FAILED })
@@ -319,7 +317,7 @@ fn report_single(
     args: &CheckArgs,
     outcome: CheckOutcome,
     programs: Vec<ReadProgram>,
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     let texts = programs.into_iter().next().map(|read| read.texts).unwrap_or_default();
     let checked = match outcome {
@@ -331,7 +329,7 @@ fn report_single(
     } else {
         // Notes about fuses matter only when the user programs a real chip.
         let notes: Vec<_> = checked.notes.iter().filter(|n| n.code != ladder_compile::FUSES_NOTE).cloned().collect();
-        report_diagnostics(terminal, &notes, &texts);
+        report_diagnostics(style, &notes, &texts);
         output::print(checked.text())?;
     }
     Ok(if checked.agreed { exit::OK } else { exit::FAILED })
@@ -380,10 +378,10 @@ struct CheckProgress {
 }
 
 impl CheckProgress {
-    fn new(terminal: &MessageStyle, total: u64) -> CheckProgress {
+    fn new(style: &MessageStyle, total: u64) -> CheckProgress {
         CheckProgress {
             start: Instant::now(),
-            is_terminal: terminal.is_terminal,
+            is_terminal: style.is_terminal,
             done: AtomicU64::new(0),
             total: AtomicU64::new(total),
             bar: Mutex::new(None),

@@ -139,7 +139,7 @@ impl CompileArgs {
 }
 
 /// Compiles a program. If any step fails, no file is written.
-pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn compile(args: &CompileArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let main = args.output.clone().unwrap_or_else(|| output_name(&args.program.file, args.emit.ending()));
     let mut outputs = vec![RequestedOutput::new("--output", &main)];
     outputs.extend(RequestedOutput::to_file("--listing", args.listing.as_deref()));
@@ -151,10 +151,9 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
         return Err(VerbFailure::Usage("--debounce is for sketches; give --emit arduino as well".to_owned()));
     }
     if args.emit.is_source() {
-        return write_source(args, &main, terminal);
+        return write_source(args, &main, style);
     }
-    let read =
-        input::read_program_for_pins(&args.program.file, args.program.read.options(), &args.target.pins, terminal)?;
+    let read = input::read_program_for_pins(&args.program.file, args.program.read.options(), &args.target.pins, style)?;
     let chip = match args.mcu {
         Some(chip) => chip,
         None => family::parse_chip(read.chip()?).map_err(VerbFailure::usage)?,
@@ -184,7 +183,7 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
     let files: Vec<(&str, &[u8])> =
         outputs.iter().zip(texts.into_iter().flatten()).map(|(output, text)| (output.file, text.as_bytes())).collect();
     output::write_files(&files)?;
-    report_diagnostics(terminal, &compiled.notes, &read.texts);
+    report_diagnostics(style, &compiled.notes, &read.texts);
     if args.json {
         output::print_json(&document(&args.program.file, &compiled))?;
     } else {
@@ -194,7 +193,7 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
 }
 
 /// Writes an emitted source, which is not for a particular chip.
-fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+fn write_source(args: &CompileArgs, main: &str, style: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.listing.is_some() || args.map.is_some() || args.json {
         let why = "--listing, --map and --json describe an image, and a source is not an image";
         return Err(VerbFailure::Usage(why.to_owned()));
@@ -213,8 +212,7 @@ fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Resu
     if let Some(refusal) = args.mcu.and_then(|chip| emit::arduino::refuse_chip(&args.program.file, chip)) {
         return Err(VerbFailure::Refused(vec![refusal], FileTexts::default()));
     }
-    let read =
-        input::read_program_for_pins(&args.program.file, args.program.read.options(), &args.target.pins, terminal)?;
+    let read = input::read_program_for_pins(&args.program.file, args.program.read.options(), &args.target.pins, style)?;
     let emitted = match args.emit {
         EmitKind::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
         EmitKind::Arduino => {
@@ -231,7 +229,7 @@ fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Resu
         Err(refusals) => return Err(VerbFailure::Refused(refusals, read.texts)),
     };
     output::write_files(&[(main, source.text.as_bytes())])?;
-    report_diagnostics(terminal, &notes, &read.texts);
+    report_diagnostics(style, &notes, &read.texts);
     Ok(exit::OK)
 }
 

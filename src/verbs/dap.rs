@@ -20,8 +20,8 @@ Examples:
 
 The editor says in its `launch` request what is debugged; docs/dap.md shows how for VS Code, Neovim and Emacs.
 
-Exit codes: 0 the editor has disconnected, or its input or connection has ended; 2 the address makes no sense; 3 what came in is not the
-protocol.";
+Exit codes: 0 the editor disconnected, or its input or connection ended; 2 a usage error; 3 a message does not
+follow the protocol.";
 
 /// Flags of `emu dap`.
 #[derive(Debug, Args)]
@@ -43,9 +43,9 @@ struct LaunchFlags {
 }
 
 /// Serves one editor.
-pub fn dap(args: &DapArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn dap(args: &DapArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     crate::shared::input::reserve_stdin();
-    let open = |arguments: &LaunchArguments| open_machine(arguments, terminal);
+    let open = |arguments: &LaunchArguments| open_machine(arguments, style);
     let (served, from) = match &args.listen {
         None => (serve(io::stdin(), &mut io::stdout(), &open), "-"),
         Some(address) => {
@@ -81,12 +81,12 @@ fn accept_client(address: &str) -> Result<TcpStream, VerbFailure> {
 }
 
 /// Builds the machine. Diagnostics are drawn on standard error, and sent to the editor as one sentence each.
-fn open_machine(arguments: &LaunchArguments, terminal: &MessageStyle) -> Result<OpenedMachine, LaunchError> {
+fn open_machine(arguments: &LaunchArguments, style: &MessageStyle) -> Result<OpenedMachine, LaunchError> {
     let launch = LaunchFlags::try_parse_from(launch_flags(arguments)).map_err(|why| {
         let text = why.to_string();
         text.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     })?;
-    let found = open::open_session(&launch.subject, terminal).map_err(|failure| failure_text(&failure))?;
+    let found = open::open_session(&launch.subject, style).map_err(|failure| failure_text(&failure))?;
     Ok(OpenedMachine { session: found.session, view: found.view })
 }
 

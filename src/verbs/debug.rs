@@ -61,8 +61,8 @@ Examples:
 
 `help` at the prompt lists the commands; docs/debug.md describes them with examples.
 
-Exit codes: 0; 1 an assertion or another command of a script or a pipe failed; 2 usage error; 3 a file was
-refused; 4 a script ended where the program had stopped in a fault; 5 a signal (Ctrl-C) stopped a script.";
+Exit codes: 0 success; 1 an assertion or another command of a script or a pipe failed; 2 a usage error; 3 a
+file was refused; 4 a script ended where the program had stopped in a fault; 5 a signal (Ctrl-C) stopped a script.";
 
 /// Flags of `emu debug`.
 #[derive(Debug, Args)]
@@ -93,9 +93,9 @@ pub struct DebugArgs {
 }
 
 /// Opens a session and runs it as a gdb server, on a full screen or as a command line. Returns the exit code.
-pub fn debug(args: &DebugArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn debug(args: &DebugArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let listener = args.gdb.listener()?;
-    let opened = open_session(&args.subject, terminal)?;
+    let opened = open_session(&args.subject, style)?;
     if let Some(listener) = listener {
         return args.gdb.serve(opened, &listener);
     }
@@ -108,7 +108,7 @@ pub fn debug(args: &DebugArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     if let Some(user) = &user {
         user.restore_on_signal(&signals.at_prompt);
     }
-    let color = terminal.color && std::io::stdout().is_terminal();
+    let color = style.color && std::io::stdout().is_terminal();
     // On a full screen, the output of commands has the colours of the screen.
     #[cfg(feature = "tui")]
     let color = color && !args.full;
@@ -122,7 +122,7 @@ pub fn debug(args: &DebugArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         }
         let file = args.subject.file.rsplit('/').next().unwrap_or(&args.subject.file);
         let title = format!("{file} on {}", shell.session.machine().chip().name);
-        return tui::show(shell, &title, signals.interrupt, &script_output, &args.played, terminal);
+        return tui::show(shell, &title, signals.interrupt, &script_output, &args.played, style);
     }
     converse(&mut shell, &script, user, &signals)
 }

@@ -64,15 +64,15 @@ pub struct DisasmArgs {
 }
 
 /// Prints the instructions of an image. The default chip is the ATmega328P.
-pub fn disasm(args: &DisasmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn disasm(args: &DisasmArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let chip = args.mcu.choose_chip_or(&args.image, Some(&ATMEGA328P))?.chip;
-    let image = input::read_image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    let image = input::read_image_with_symbols(&args.image, &args.symbols, chip, style)?;
     let names = AddressNames { chip, symbols: &image.symbols };
     let source = ProgramSource { names, lines: &image.lines };
     let range = range(args, &source);
     let pieces = range.map(|(from, to)| ProgramMemory::new(chip, &image).pieces(from, to));
-    let mut listing = args.source.then(|| SourceLineListing::new(args, &image.lines, terminal));
-    report_diagnostics(terminal, image.lines.warnings(), FileTexts::NONE);
+    let mut listing = args.source.then(|| SourceLineListing::new(args, &image.lines, style));
+    report_diagnostics(style, image.lines.warnings(), FileTexts::NONE);
     let pieces = pieces?;
     let whole = args.from.is_none() && args.to.is_none();
     if args.json {

@@ -21,8 +21,8 @@ pub struct DrawArgs {
 }
 
 /// Draws a program, including programs with errors that prevent them from running.
-pub fn draw(args: &DrawArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
-    let read = input::read_program(&args.program.file, args.program.read.options(), false, terminal)?;
+pub fn draw(args: &DrawArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
+    let read = input::read_program(&args.program.file, args.program.read.options(), false, style)?;
     output::print(ladder::draw(&read.program))?;
     Ok(exit::OK)
 }

@@ -26,8 +26,8 @@ Examples:
 
 Program n of a seed is the same in any shard and with any number of jobs, so a campaign can be spread over machines.
 
-Exit codes: 0 no difference; 1 chip and reference differ somewhere, and the smallest program that shows it is reported; 3 a record
-cannot be used; 5 the records that were added are not yet the whole campaign.";
+Exit codes: 0 no difference; 1 chip and reference differ: the smallest such program is reported; 3 a record
+cannot be used; 5 the merged records do not yet contain the whole campaign.";
 
 /// Time after which a progress bar appears.
 const PROGRESS_DELAY: Duration = Duration::from_secs(1);
@@ -108,7 +108,7 @@ fn seconds(text: &str) -> Result<Duration, UsageError> {
 }
 
 /// Runs a campaign or one of its shards, or merges records.
-pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn fuzz(args: &FuzzArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let printed = if args.json { "--json" } else { "the figures" };
     let mut outputs = vec![RequestedOutput::new(printed, "-")];
     outputs.extend(RequestedOutput::to_file("--out", args.out.as_deref()));
@@ -162,7 +162,7 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
             save_record(args, &record, &found)?;
             saved = Instant::now();
         }
-        if terminal.is_terminal && start.elapsed() >= PROGRESS_DELAY {
+        if style.is_terminal && start.elapsed() >= PROGRESS_DELAY {
             let done = record.shards.first().map_or(0, |shard| shard.done);
             bar.get_or_insert_with(|| progress_bar(shard_programs)).set_position(done);
         }

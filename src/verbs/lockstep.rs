@@ -134,7 +134,7 @@ impl PeerChoice {
 }
 
 /// Runs an image on both machines and compares them.
-pub fn lockstep(args: &LockstepArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn lockstep(args: &LockstepArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let chosen = args.mcu.choose_chip(&args.image)?;
     let chip = chosen.chip;
     if args.against.package_and_family().1 != chip.family {
@@ -152,7 +152,7 @@ pub fn lockstep(args: &LockstepArgs, terminal: &MessageStyle) -> Result<u8, Verb
         return Err(VerbFailure::invalid_flag_value("--ignore <REG>", odd, &why));
     }
     let readings = args.readings.of(chip)?;
-    let image = input::read_image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    let image = input::read_image_with_symbols(&args.image, &args.symbols, chip, style)?;
     let hz = chosen.clock(args.clock).unwrap_or(chip.default_hz);
     let setup = MachineSetup {
         ram: RamInit::Zero,

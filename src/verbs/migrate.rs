@@ -50,11 +50,11 @@ pub struct MigrateArgs {
 }
 
 /// Compares a program in two dialects and prints what differs.
-pub fn migrate(args: &MigrateArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn migrate(args: &MigrateArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let file = &args.program.file;
     let text = input::read_bytes(file)?;
     let (read, notes) = input::parse_program(file, text.clone(), args.program.read.options(), true)?;
-    report_diagnostics(terminal, &notes, &read.texts);
+    report_diagnostics(style, &notes, &read.texts);
     let before = &read.program;
     if before.dialect == LadderDialect::Iec {
         let why = format!("{file} is a program of IEC 61131-3, and emu migrate compares the releases of LDmicro");

@@ -44,10 +44,11 @@ Examples:
   emu run blink.hex --mcu atmega328p --scenario blink.toml --record again.toml
   emu run test.ihx --mcu at89s52 --symbols test.map --until 'read xdata:0x7654' --uart -
 
-Exit codes: 0 the chip halted, an awaited event occurred, or a requested limit was reached; 1 --fail-uart was seen, or the program
-halted while --until or --expect-uart still waited, or --lint=error found something, or an expectation of --scenario was not met; 4 a
-fault of the program; 5 a limit was reached while something was still awaited, or the default limit of 60 s of the chip's time, or
---timeout, or Ctrl-C.";
+Exit codes: 0 the chip halted, an awaited event occurred, or a requested limit was reached; 1 --fail-uart was
+seen, or the program halted while --until or --expect-uart still waited, or --lint=error found something, or
+an expectation of --scenario was not met; 2 a usage error; 3 a file was refused or could not be written; 4 a
+fault of the program; 5 a limit was reached while something was still awaited, or the default limit of 60 s of
+the chip's time, or --timeout, or Ctrl-C.";
 
 /// Default limit of a run, in simulated time.
 const DEFAULT_LIMIT: &str = "60s";
@@ -100,9 +101,10 @@ pub struct RunArgs {
     timeout: Option<Duration>,
     /// Report suspicious but legal behaviour of the program, each kind with its code, place and count. HOW is
     /// warn, the default, or error: a run that would end with exit code 0 then ends with 1. On every chip:
-    /// reads of RAM before it was written. On AVR also registers, a stack over data or heap, reserved
-    /// addresses and bits, baud rates, interrupts without a service routine, floating pins. On PIC16 also
-    /// reads of analog pins, latches that read-modify-write changes as a side effect, the stack, PCLATH,
+    /// reads of RAM that was never written. On AVR also registers that were never written, a stack that grows
+    /// over data or heap, writes to reserved addresses and bits, baud rates that are off, interrupts without
+    /// a service routine, reads of floating pins. On PIC16 also reads of analog pins, latch bits that a
+    /// read-modify-write changes as a side effect, stack overflow and underflow, jumps with a wrong PCLATH,
     /// service routines that do not save W, STATUS or PCLATH, SLEEP without effect.
     #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "warn")]
     #[arg(hide_possible_values = true)]
@@ -118,7 +120,7 @@ pub struct RunArgs {
     trace: trace::TraceFlags,
     #[command(flatten)]
     snapshot: snapshot::SnapshotFlags,
-    // Last, because the headings of the families would also stand over the flags behind them.
+    // Last, because clap puts all flags after it under the headings of the families.
     #[command(flatten)]
     machine: MachineArgs,
     /// Execute the messages in this .cod file, as gpsim does: external parts, commands, assertions. The
@@ -161,7 +163,7 @@ pub fn parse_ram(text: &str) -> Result<RamChoice, UsageError> {
 }
 
 /// Runs an image.
-pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn run<'a>(args: &'a RunArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     let machine = &args.machine;
     let stdout = ("--json", if args.json { "-" } else { "" });
     let file = |file: &'a Option<String>| file.as_deref().unwrap_or("");
@@ -188,7 +190,8 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     }
     protected_files.extend(output_files.iter().map(|output| output.file.to_owned()));
     if matches!(args.ram, RamChoice::Trap) && args.snapshot.snapshot_in.is_some() {
-        let why = "--ram trap and --snapshot-in do not go together: a snapshot does not say what of RAM was written";
+        let why =
+            "--ram trap cannot be used with --snapshot-in: a snapshot does not record which bytes of RAM were written";
         return Err(VerbFailure::Usage(why.to_owned()));
     }
     let chip_choice = machine.mcu.choose_chip(&args.image)?;
@@ -209,7 +212,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     let symbols: Vec<String> = machine.symbols.iter().chain(cod).cloned().collect();
     let wired =
         machine.wire_machine(chip, &MachineOptions { ram, bus: args.vcd.is_some(), clock, start_up }, || {
-            input::read_image_with_symbols(&args.image, &symbols, chip, terminal)
+            input::read_image_with_symbols(&args.image, &symbols, chip, style)
         })?;
     chip_choice.report_simavr_requests(&wired.image, args.vcd.is_some());
     let WiredMachine { image, mut setup, hz, avr, eeprom, devices } = wired;
@@ -230,7 +233,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
         snapshot_writer,
         devices,
         to_stdout,
-        terminal,
+        style,
     };
     visit_machine(chip, &image, &setup, headless)
 }

@@ -30,8 +30,7 @@ Examples:
   emu sim examples/traffic.ld --watch --realtime
   emu sim examples/welder.ld --scenario examples/welder.toml
 
-Exit codes: 0 all well; with --scenario 1 where an expectation was not met and 5 where something was still waited for at its
-limit.";
+Exit codes: 0 success; with --scenario 1 an expectation was not met, and 5 a step still waited at the limit.";
 
 /// Maximum number of scans.
 const MAX_SCANS: u64 = 1_000_000;
@@ -98,14 +97,14 @@ pub struct SimArgs {
 const MAX_VALUES: u64 = 20_000_000;
 
 /// Runs a program on the reference evaluator and prints every symbol after every scan.
-pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn sim(args: &SimArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.inputs.as_deref() == Some("-") && args.program.file == "-" {
         return Err(VerbFailure::Usage("the program and --inputs cannot both be standard input".to_owned()));
     }
     let used = check_outputs(args)?;
-    let read = input::read_program(&args.program.file, args.program.read.options(), true, terminal)?;
+    let read = input::read_program(&args.program.file, args.program.read.options(), true, style)?;
     if args.scenario.is_some() || args.stimulus.is_some() {
-        return scenario::play(args, &read, &used, terminal);
+        return scenario::play(args, &read, &used, style);
     }
     let mut evaluator = match Evaluator::new(&read.program) {
         Ok(evaluator) => evaluator,
@@ -114,7 +113,7 @@ pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let (scans, changes) = planned_changes(args, &evaluator)?;
     #[cfg(feature = "tui")]
     if args.watch.is_requested() {
-        return crate::shared::full_screen::show_panel(&args.watch, &read.program, evaluator, &changes, terminal);
+        return crate::shared::full_screen::show_panel(&args.watch, &read.program, evaluator, &changes, style);
     }
     let bytes = byte_arrivals(args, scans, &read.program)?;
     let symbols = evaluator.symbols().to_vec();

@@ -76,12 +76,12 @@ pub struct TestArgs {
 }
 
 /// Finds tests, runs them and reports the results.
-pub fn test(args: &TestArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn test(args: &TestArgs, message_style: &MessageStyle) -> Result<u8, VerbFailure> {
     let json_output = RequestedOutput::printed("--json", args.json);
     let files = [("--junit", &args.junit), ("--report", &args.report)];
     let files = files.into_iter().filter_map(|(flag, file)| RequestedOutput::to_file(flag, file.as_deref()));
     output::check_distinct_outputs(&files.chain(json_output).collect::<Vec<_>>())?;
-    let mut cases = find::find_cases(&args.places, terminal)?;
+    let mut cases = find::find_cases(&args.places, message_style)?;
     let found = cases.len();
     let is_wanted = |case: &TestCase| args.filter.iter().any(|text| case.name.contains(text.as_str()));
     cases.retain(|case| args.filter.is_empty() || is_wanted(case));
@@ -93,7 +93,7 @@ pub fn test(args: &TestArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
     }
     let started = Instant::now();
     let is_quiet = args.json || [&args.junit, &args.report].iter().any(|file| file.as_deref() == Some("-"));
-    let style = results::LineStyle::new(terminal.color && std::io::stdout().is_terminal(), is_quiet, cases.len());
+    let style = results::LineStyle::new(message_style.color && std::io::stdout().is_terminal(), is_quiet, cases.len());
     let runner = TestRunner::new(args.timeout, args.twice, args.waves.is_some() || args.report.is_some())?;
     let results = run_all(args, &runner, &cases, &style)?;
     let summary = TestSummary::new(&results, found, started.elapsed());

@@ -20,7 +20,7 @@ pub fn check(
     read: &ReadProgram,
     chips: &[CheckOptions],
     all: bool,
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     let file = scenarios::read_scenario(name)?;
     let (program, scenario): (&LadderProgram, &Scenario) = (&read.program, &file.scenario);
@@ -45,10 +45,10 @@ pub fn check(
     let differences: Vec<_> =
         results.iter().filter_map(|result| verdict_diagnostic(name, &reference, result)).collect();
     reference.log.iter().for_each(|line| output::print_to_stderr(&format!("{line}\n")));
-    report_diagnostics(terminal, &differences, &file.texts());
+    report_diagnostics(style, &differences, &file.texts());
     let verdict = reference.verdict.clone();
     let failure = verdict.as_ref().and_then(|verdict| verdict.to_diagnostic(name));
-    report_diagnostics(terminal, &failure.into_iter().collect::<Vec<_>>(), &file.texts());
+    report_diagnostics(style, &failure.into_iter().collect::<Vec<_>>(), &file.texts());
     let mut all_played = vec![reference];
     all_played.extend(results);
     let document = scenario_report(&program.file, name, &all_played);

@@ -56,7 +56,7 @@ pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> C
     Ok(())
 }
 
-/// Whether an address of a memory is a register of the core.
+/// Returns true if an address of a memory is a register of the core.
 fn is_core_register(chip: &Chip, space: &str, addr: u32) -> bool {
     space == chip.ram_space && addr < chip.family_traits().registers_in_ram
 }

@@ -59,7 +59,7 @@ fn reverse_search(
     Ok(())
 }
 
-/// Returns whether a source line begins at a position.
+/// Returns true if a source line begins at a position.
 fn begins_line(scope: &NameScope, passed: &PassedPosition<'_>) -> bool {
     let source = scope.source();
     let (pc, bytes) = (passed.machine.pc(), scope.chip().word_bytes);

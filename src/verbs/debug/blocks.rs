@@ -36,7 +36,7 @@ pub(super) enum BlockKind {
 }
 
 impl BlockKind {
-    /// Returns whether the lines are text: the first `end` ends them, and nested blocks are not counted.
+    /// Returns true if the lines are text: the first `end` ends them, and nested blocks are not counted.
     fn is_text(&self) -> bool {
         matches!(self, BlockKind::Document(_) | BlockKind::Foreign(_))
     }
@@ -57,7 +57,7 @@ pub(super) struct UserCommand {
     pub(super) help: Option<String>,
 }
 
-/// Returns whether a line begins a block that ends with `end`.
+/// Returns true if a line begins a block that ends with `end`.
 fn begins_block(line: &str) -> bool {
     let Some(CommandLine { word, args }) = split_command(line) else { return false };
     FOREIGN_BLOCKS.contains(&word) && args.is_empty()
@@ -205,7 +205,7 @@ impl DebugShell {
         }
     }
 
-    /// Returns whether a queued line is only a mark, and no command.
+    /// Returns true if a queued line is only a mark, and no command.
     pub(super) fn is_mark(line: &str) -> bool {
         matches!(line, LOOP_MARK | POINT_MARK | "silent")
     }

@@ -189,7 +189,7 @@ impl DebugShell {
         file.map(|file| (file.to_owned(), *line)).or(own)
     }
 
-    /// Returns whether a call is at the first instruction of a row of the line table.
+    /// Returns true if a call is at the first instruction of a row of the line table.
     fn begins_line(&self, frame: &CallFrame) -> bool {
         let scope = &self.session.scope;
         let byte = frame.word.saturating_mul(scope.chip().word_bytes);

@@ -233,7 +233,7 @@ impl DebugShell {
         real.map(|(_, frame)| frame.word).collect()
     }
 
-    /// Returns whether the program may be in a call, or in a service routine, which leaves no call on the
+    /// Returns true if the program may be in a call, or in a service routine, which leaves no call on the
     /// stack.
     pub(super) fn may_return(&self) -> bool {
         let (chip, target) = (self.session.scope.chip(), self.session.machine());

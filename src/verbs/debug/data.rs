@@ -305,7 +305,7 @@ impl DebugShell {
         }
     }
 
-    /// Returns whether a text is an undefined name with `$`, which is `void` in a C program, as in gdb.
+    /// Returns true if a text is an undefined name with `$`, which is `void` in a C program, as in gdb.
     pub(super) fn is_void(&self, text: &str) -> bool {
         let is_name = |name: &str| {
             name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
@@ -436,7 +436,7 @@ impl DebugShell {
     }
 }
 
-/// Returns whether a name is one of the names of the supply.
+/// Returns true if a name is one of the names of the supply.
 fn is_supply(name: &str) -> bool {
     ["VDD", "VCC"].iter().any(|supply| name.eq_ignore_ascii_case(supply))
 }

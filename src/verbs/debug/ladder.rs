@@ -31,7 +31,7 @@ impl CompiledLadder {
 }
 
 impl DebugSubject {
-    /// Returns whether the file is a ladder program, by its name.
+    /// Returns true if the file is a ladder program, by its name.
     pub(super) fn is_ladder(&self) -> bool {
         ::ladder::is_program_name(&self.file)
     }
@@ -41,13 +41,13 @@ impl DebugSubject {
     pub(super) fn compile_ladder(
         &self,
         chip: &'static Chip,
-        terminal: &MessageStyle,
+        style: &MessageStyle,
     ) -> Result<CompiledLadder, VerbFailure> {
         if self.ladder.is_some() {
             let why = "--ladder and --map are for images; a ladder program is compiled on the fly".to_owned();
             return Err(VerbFailure::Usage(why));
         }
-        let read = input::read_program_for_pins(&self.file, self.read.options(), &self.pins, terminal)?;
+        let read = input::read_program_for_pins(&self.file, self.read.options(), &self.pins, style)?;
         let options = CompileOptions {
             mcu: chip.name.to_owned(),
             pins: self.pins.clone(),
@@ -68,7 +68,7 @@ impl DebugSubject {
     pub(super) fn mapped_ladder(
         &self,
         chip: &'static Chip,
-        terminal: &MessageStyle,
+        style: &MessageStyle,
     ) -> Result<Option<LadderView>, VerbFailure> {
         let (Some(program), Some(file)) = (&self.ladder, &self.map) else {
             return match self.pins.is_empty() && self.read.is_empty() {
@@ -80,13 +80,14 @@ impl DebugSubject {
         };
         let refused = |faults| VerbFailure::Refused(faults, FileTexts::default());
         let map = read_map(file, &input::read_bytes(file)?).map_err(|fault| refused(vec![fault]))?;
-        let read = input::read_program(program, self.read.options(), true, terminal)?;
+        let read = input::read_program(program, self.read.options(), true, style)?;
         LadderView::new(read.program, map, chip).map(Some).map_err(refused)
     }
 }
 
-/// Returns the initial drives of the environment, as in `emu sim`: inputs are low, or high if their declaration
-/// says TRUE; outputs that the chip can only pull low have pull-ups, and the receive line is high (idle).
+/// Returns the initial drives of the environment, as in `emu sim`: inputs are low, or high if their
+/// declaration says TRUE; outputs that the chip can only pull low have pull-ups, and the receive line is high
+/// (idle).
 pub(super) fn default_drives(view: &LadderView, chip: &Chip) -> Vec<TimedDrive> {
     let at = CycleTime::default();
     let map = view.map();
@@ -104,7 +105,7 @@ pub(super) fn default_drives(view: &LadderView, chip: &Chip) -> Vec<TimedDrive> 
     named.chain(line).map(|(pin, level)| TimedDrive { at, drive: ExternalDrive::Level(pin, level) }).collect()
 }
 
-/// Returns whether a drive is of a given pin.
+/// Returns true if a drive is of a given pin.
 pub(super) fn is_drive_of(drive: &TimedDrive, pin: PinId) -> bool {
     matches!(drive.drive, ExternalDrive::Level(driven, _) | ExternalDrive::Volts(driven, _) | ExternalDrive::Counts(driven, _) if driven == pin)
 }

@@ -99,21 +99,21 @@ pub struct OpenedSession {
 }
 
 /// Opens a session, and prints warnings and notes.
-pub fn open_session(subject: &DebugSubject, terminal: &MessageStyle) -> Result<OpenedSession, VerbFailure> {
+pub fn open_session(subject: &DebugSubject, style: &MessageStyle) -> Result<OpenedSession, VerbFailure> {
     let machine = &subject.machine;
     let chosen = machine.mcu.choose_chip(&subject.file)?;
     let chip = chosen.chip;
-    let compiled = if subject.is_ladder() { Some(subject.compile_ladder(chip, terminal)?) } else { None };
-    let mapped = if compiled.is_none() { subject.mapped_ladder(chip, terminal)? } else { None };
+    let compiled = if subject.is_ladder() { Some(subject.compile_ladder(chip, style)?) } else { None };
+    let mapped = if compiled.is_none() { subject.mapped_ladder(chip, style)? } else { None };
     let own = compiled.as_ref().map(|compiled| &compiled.view).or(mapped.as_ref()).map(|view| view.map().clock_hz);
     let clock = chosen.clock(machine.clock.or(own));
     let machine_options = MachineOptions { ram: subject.ram, bus: false, clock, start_up: !machine.no_start_up };
     let wired = machine.wire_machine(chip, &machine_options, || match &compiled {
         Some(compiled) => compiled.image(&subject.file, chip),
-        None => input::read_image_with_symbols(&subject.file, &machine.symbols, chip, terminal),
+        None => input::read_image_with_symbols(&subject.file, &machine.symbols, chip, style),
     })?;
     let view = compiled.map(|compiled| compiled.view).or(mapped);
-    let mut scope = program_scope(chip, &wired.image, terminal);
+    let mut scope = program_scope(chip, &wired.image, style);
     scope.ladder = view.as_ref().map_or(Vec::new(), LadderView::symbols);
     let (image, setup) = (wired.image.clone(), wired.setup);
     let head = snapshots::snapshot_header(chip, &image, &setup);
@@ -144,13 +144,13 @@ pub fn open_session(subject: &DebugSubject, terminal: &MessageStyle) -> Result<O
 }
 
 /// Collects the names of the program, and prints warnings about damaged debugging information.
-fn program_scope(chip: &'static Chip, image: &Image, terminal: &MessageStyle) -> NameScope {
+fn program_scope(chip: &'static Chip, image: &Image, style: &MessageStyle) -> NameScope {
     let mut scope = NameScope::new(chip);
     scope.symbols.clone_from(&image.symbols);
     scope.lines = image.lines.clone();
     // The lines are parsed at the first access, which also collects the warnings.
     _ = scope.lines.all_lines();
-    report_diagnostics(terminal, scope.lines.warnings(), FileTexts::NONE);
+    report_diagnostics(style, scope.lines.warnings(), FileTexts::NONE);
     scope
 }
 

@@ -159,7 +159,7 @@ impl DebugShell {
         self.interrupt.store(false, Ordering::SeqCst);
     }
 
-    /// Returns whether the session was interrupted since the flag was cleared: nothing more is executed.
+    /// Returns true if the session was interrupted since the flag was cleared: nothing more is executed.
     pub fn is_interrupted(&self) -> bool {
         self.interrupt.load(Ordering::SeqCst)
     }

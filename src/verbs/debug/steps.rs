@@ -46,7 +46,7 @@ impl CallDepth {
         }
     }
 
-    /// Returns whether the machine is at the call depth of the start, or further out.
+    /// Returns true if the machine is at the call depth of the start, or further out.
     pub fn is_back_at_start(self) -> bool {
         self.calls <= 0 && self.service == 0
     }

@@ -97,7 +97,7 @@ impl DebugShell {
         (self.listed, self.level) = (None, self.not_entered);
     }
 
-    /// Returns whether a breakpoint of an inlined function, or of a line in it, has stopped the machine, so
+    /// Returns true if a breakpoint of an inlined function, or of a line in it, has stopped the machine, so
     /// that the machine is in that function.
     fn is_of_inlined(&self, hits: &[PointHit], before: &DebugPoints) -> bool {
         let (scope, pc) = (&self.session.scope, self.session.machine().pc());

@@ -54,7 +54,7 @@ pub fn show(
     interrupt: Arc<AtomicBool>,
     message: &str,
     played: &ScriptedKeys,
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     let live = !played.is_given();
     let before = shell.session.machine().fork();
@@ -62,7 +62,7 @@ pub fn show(
     let session =
         TuiSession { sources, shell, title: title.to_owned(), previous: before, running: false, interrupt, live };
     let mut screen = DebuggerScreen::new(session, !live).with_message(message);
-    full_screen::show_view(&mut screen, played, "--tui", terminal)
+    full_screen::show_view(&mut screen, played, "--tui", style)
 }
 
 impl DebuggedMachine for TuiSession {

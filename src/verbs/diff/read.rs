@@ -133,7 +133,7 @@ fn parse_head(line: &str) -> Result<(String, String), String> {
     };
     match (version.as_deref(), mcu, hz) {
         (Some("1"), Some(mcu), Some(hz)) => Ok((mcu, hz)),
-        (Some(version), Some(_), Some(_)) => Err(format!("is a trace of version {version}; this is version 1")),
+        (Some(version), Some(_), Some(_)) => Err(format!("is a trace of version {version}; this emu reads version 1")),
         _ => Err(none()),
     }
 }

@@ -20,11 +20,11 @@ pub(super) struct SourceLineListing<'a> {
 impl<'a> SourceLineListing<'a> {
     /// Creates the listing for the image that the arguments name. Prints a warning if there are no source
     /// lines.
-    pub(super) fn new(args: &DisasmArgs, lines: &'a SourceLines, terminal: &MessageStyle) -> SourceLineListing<'a> {
+    pub(super) fn new(args: &DisasmArgs, lines: &'a SourceLines, style: &MessageStyle) -> SourceLineListing<'a> {
         if lines.all_lines().is_empty() && lines.warnings().is_empty() {
             let hint = "give an ELF file that was compiled with -gdwarf-4, or files of symbols with --symbols";
             let none = file_error(NO_LINES, &args.image, "there are no source lines".to_owned(), hint);
-            report_diagnostics(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], FileTexts::NONE);
+            report_diagnostics(style, &[Diagnostic { severity: Severity::Warning, ..none }], FileTexts::NONE);
         }
         let files = std::iter::once(&args.image).chain(&args.symbols).map(String::as_str);
         SourceLineListing { lines, sources: SourceFiles::new(files), last: None }

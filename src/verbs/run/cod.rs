@@ -46,8 +46,9 @@ pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
     CodScript::read(&messages).map_err(refused)
 }
 
-/// Returns the clock of the chip in Hz. Prints a warning if `--clock` overrides the clock that the messages
-/// of `file` request.
+/// Returns the clock of the chip in Hz: that of `--clock`, otherwise that of the messages of `file`,
+/// otherwise the default. With `--clock`, makes `script` ignore the clock of the messages, and prints a
+/// warning if the two differ.
 pub fn choose_script_clock(
     script: &mut CodScript,
     file: &str,

@@ -29,8 +29,8 @@ pub struct CoverageFlags {
     /// FILE.lst.
     #[arg(long, value_name = "FILE")]
     pub coverage: Option<String>,
-    /// Report where the cycles went: by function, rung (with --map) and interrupt, and the cycles spent
-    /// asleep. With =FILE also as folded stacks for flame graphs.
+    /// Report where the cycles went: by function, rung (with --map) and interrupt, and idle cycles (asleep or
+    /// stopped). With =FILE also as folded stacks for flame graphs.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     pub profile: Option<String>,
     /// The ladder program of --map, whose lines --coverage reports.
@@ -159,17 +159,17 @@ impl<'a> CoverageRun<'a> {
         args: &'a CoverageFlags,
         map: Option<&str>,
         (source, image): (&ProgramSource<'_>, &'a Image),
-        (used_files, terminal): (&'a [String], &MessageStyle),
+        (protected_files, style): (&'a [String], &MessageStyle),
     ) -> Result<CoverageRun<'a>, VerbFailure> {
         let map = map.filter(|_| args.coverage.is_some() || args.profile.is_some());
         let ladder = args.ladder.as_deref();
-        let rungs = map.map(|map| MappedLadder::read(map, ladder, source, terminal)).transpose()?;
+        let rungs = map.map(|map| MappedLadder::read(map, ladder, source, style)).transpose()?;
         match args.coverage.as_deref().filter(|_| !has_lines(source, rungs.as_ref())) {
             Some("-") => {
                 let why = "there are no source lines, so --coverage writes a listing next to its file; give it a file";
                 return Err(VerbFailure::Usage(why.to_owned()));
             }
-            Some(file) => check_listing_path(&format!("{file}.lst"), used_files)?,
+            Some(file) => check_listing_path(&format!("{file}.lst"), protected_files)?,
             None => {}
         }
         let open_output = |file: &'a str| -> Result<(&'a str, Option<PendingFile>), VerbFailure> {
@@ -179,7 +179,7 @@ impl<'a> CoverageRun<'a> {
         Ok(CoverageRun {
             args,
             image,
-            protected_files: used_files,
+            protected_files,
             coverage: args.coverage.as_deref().map(open_output).transpose()?,
             folded: folded.map(open_output).transpose()?,
             rungs,
@@ -192,7 +192,7 @@ impl<'a> CoverageRun<'a> {
         (cpu, devices): (&mut C, &mut AttachedDevices),
         plan: &RunPlan,
         (wave, trace_probe): (Option<WaveWriter>, Option<&mut TraceProbe<'_>>),
-        host: &mut dyn RunController<C>,
+        controller: &mut dyn RunController<C>,
     ) -> (RunResult, CoverageAndProfile) {
         let coverage_probe = self.args.coverage.is_some().then(|| CoverageProbe {
             coverage: CodeCoverage::default(),
@@ -205,20 +205,20 @@ impl<'a> CoverageRun<'a> {
         // Each combination has its own run loop, which enables only the hooks that it needs.
         match (coverage_probe, profile) {
             (None, None) => {
-                let ended = run_with_probe((cpu, devices), plan, wave, (&mut (), trace_probe), host);
-                (ended, CoverageAndProfile::default())
+                let result = run_with_probe((cpu, devices), plan, wave, (&mut (), trace_probe), controller);
+                (result, CoverageAndProfile::default())
             }
             (Some(mut coverage_probe), None) => {
-                let ended = run_with_probe((cpu, devices), plan, wave, (&mut coverage_probe, trace_probe), host);
-                (ended, CoverageAndProfile { coverage_probe: Some(coverage_probe), profile: None })
+                let result = run_with_probe((cpu, devices), plan, wave, (&mut coverage_probe, trace_probe), controller);
+                (result, CoverageAndProfile { coverage_probe: Some(coverage_probe), profile: None })
             }
             (coverage_probe, profile) => {
                 let mut collected = CoverageAndProfile { coverage_probe, profile };
-                let ended = run_with_probe((cpu, devices), plan, wave, (&mut collected, trace_probe), host);
+                let result = run_with_probe((cpu, devices), plan, wave, (&mut collected, trace_probe), controller);
                 if let Some(profile) = &mut collected.profile {
                     profile.finish(cpu.cycle());
                 }
-                (ended, collected)
+                (result, collected)
             }
         }
     }
@@ -264,8 +264,8 @@ impl<'a> CoverageRun<'a> {
 }
 
 /// Refuses a listing whose path is a file that the run reads or writes for another flag.
-fn check_listing_path(listing: &str, used_files: &[String]) -> Result<(), VerbFailure> {
-    match used_files.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
+fn check_listing_path(listing: &str, protected_files: &[String]) -> Result<(), VerbFailure> {
+    match protected_files.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
         Some(_) => {
             let why = format!(
                 "--coverage writes the listing {listing} next to its file, which would replace a file of this run; give it another name"

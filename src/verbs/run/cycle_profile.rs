@@ -13,7 +13,7 @@ pub struct CycleReport {
     total: u64,
     /// Cycles before the first instruction.
     before_first: u64,
-    /// Cycles in which the core slept or was held.
+    /// Idle cycles, in which the core executed nothing.
     idle: u64,
     /// Cycles of interrupt entries that another interrupt ended before an instruction ran.
     nested_entries: u64,
@@ -27,8 +27,8 @@ pub struct CycleReport {
     stacks: BTreeMap<(String, String), u64>,
 }
 
-/// The name for cycles in which the core sleeps or is held.
-const IDLE: &str = "(asleep or held)";
+/// The name for idle cycles.
+const IDLE: &str = "(idle)";
 /// The name for interrupt entries that another interrupt ended before an instruction ran.
 const NESTED_ENTRIES: &str = "(entry of an interrupt)";
 /// The name for code before the first symbol.

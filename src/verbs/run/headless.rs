@@ -63,7 +63,7 @@ pub struct RunJob<'a> {
     /// Standard output carries a result other than the summary, which then goes to standard error.
     pub to_stdout: bool,
     /// The style of messages.
-    pub terminal: &'a MessageStyle,
+    pub style: &'a MessageStyle,
 }
 
 impl MachineVisitor for RunJob<'_> {
@@ -78,7 +78,7 @@ impl MachineVisitor for RunJob<'_> {
         let source = self.source(cpu.chip());
         let planned = plan_run(self.args, &source, clock);
         // The lookup of a source line may have found damaged debugging information.
-        report_diagnostics(self.terminal, self.image.lines.warnings(), FileTexts::NONE);
+        report_diagnostics(self.style, self.image.lines.warnings(), FileTexts::NONE);
         let warnings_reported = self.image.lines.warnings().len();
         let mut planned = planned?;
         self.snapshots.resume(&mut cpu, &mut planned)?;
@@ -87,7 +87,7 @@ impl MachineVisitor for RunJob<'_> {
         let mut started = false;
         let outcome = self.run_and_report((&mut cpu, &mut devices), planned, &mut started);
         report_diagnostics(
-            self.terminal,
+            self.style,
             self.image.lines.warnings().get(warnings_reported..).unwrap_or_default(),
             FileTexts::NONE,
         );
@@ -143,7 +143,7 @@ impl RunJob<'_> {
                 &source,
                 (args, &planned),
                 scenario.as_ref(),
-                (&self.snapshot_writer, self.terminal),
+                (&self.snapshot_writer, self.style),
             )?),
             false => None,
         };
@@ -156,16 +156,16 @@ impl RunJob<'_> {
             &args.cover,
             args.trace.map.as_deref(),
             (&source, image),
-            (&self.snapshot_writer.protected_files, self.terminal),
+            (&self.snapshot_writer.protected_files, self.style),
         )?;
         let run_inputs = (&planned, trace_request, source);
-        let RecordedRun { result: ended, verdict, coverage, outputs_written } =
+        let RecordedRun { result, verdict, coverage, outputs_written } =
             run_recorded(args, (cpu, devices), run_inputs, (scenario_setup, &cover), started)?;
-        let hold_reason = if ended.reason == RunEnd::Halted { reset_hold(cpu, &planned.drives) } else { None };
+        let hold_reason = if result.reason == RunEnd::Halted { reset_hold(cpu, &planned.drives) } else { None };
         let PlannedRun { clock, plan, peek, .. } = &planned;
-        let summary = RunSummary { cpu, source, clock: *clock, plan, result: &ended, peek, reset_hold: hold_reason };
+        let summary = RunSummary { cpu, source, clock: *clock, plan, result: &result, peek, reset_hold: hold_reason };
         if let Some(lint_mode) = args.lint {
-            lint::report_lints(&summary, lint_mode, &args.image, self.terminal);
+            lint::report_lints(&summary, lint_mode, &args.image, self.style);
         }
         summary::report_faults(&summary, &avr::erased_memory_hint(chip, image, &self.avr));
         avr::warn_clock_change(cpu, &self.avr);
@@ -173,10 +173,10 @@ impl RunJob<'_> {
         outputs_written?;
         let CoverageReport { text: coverage_text, members: json_members } = reports?;
         let scenario_verdict = scenario.as_ref().zip(verdict.as_ref());
-        if let (RunEnd::Finished, Some(text)) = (ended.reason, missing_expected_text(plan, &ended)) {
+        if let (RunEnd::Finished, Some(text)) = (result.reason, missing_expected_text(plan, &result)) {
             let text = text.escape_ascii();
             output::print_to_stderr(&format!(
-                "error: the scenario is over, and --expect-uart \"{text}\" was not sent\n"
+                "error: the scenario has ended, but the text of --expect-uart, \"{text}\", was not sent\n"
             ));
         }
         if args.json {
@@ -197,14 +197,14 @@ impl RunJob<'_> {
             output::print(summary::summary_text(&summary) + &coverage_text)?;
         }
         let limit_requested = args.time.is_some() || args.cycles.is_some();
-        let code = exit_code(&planned.plan, &ended, limit_requested);
+        let code = exit_code(&planned.plan, &result, limit_requested);
         let code = match scenario_verdict {
             Some((file, verdict)) => {
-                file.report_beside_run(verdict, (code, args.json || self.to_stdout), self.terminal)?
+                file.report_beside_run(verdict, (code, args.json || self.to_stdout), self.style)?
             }
             None => code,
         };
-        Ok(args.lint.map_or(code, |lint_mode| lint::exit_code_with_lints(lint_mode, &ended.lints, code)))
+        Ok(args.lint.map_or(code, |lint_mode| lint::exit_code_with_lints(lint_mode, &result.lints, code)))
     }
 }
 
@@ -263,28 +263,28 @@ fn run_recorded<C: Cpu>(
     let mut trace_probe = args.trace.trace_probe(trace_request, trace_file.as_ref(), (source, planned.clock.hz))?;
 
     *started = true;
-    let mut run_machine = |cpu: &mut C, host: &mut dyn RunController<C>| {
-        cover.run((cpu, devices), &planned.plan, (wave.take(), trace_probe.as_mut()), host)
+    let mut run_machine = |cpu: &mut C, controller: &mut dyn RunController<C>| {
+        cover.run((cpu, devices), &planned.plan, (wave.take(), trace_probe.as_mut()), controller)
     };
-    let ((mut ended, coverage), verdict, recording) = match scenario_host {
+    let ((mut result, coverage), verdict, recording) = match scenario_host {
         Some(mut scenario_host) => {
-            let ended = run_machine(cpu, &mut scenario_host);
-            let verdict = scenario_host.end_scenario(cpu, &ended.0.uart, "the run ended");
-            (ended, verdict, scenario_host.recording(cpu))
+            let result = run_machine(cpu, &mut scenario_host);
+            let verdict = scenario_host.end_scenario(cpu, &result.0.uart, "the run ended");
+            (result, verdict, scenario_host.recording(cpu))
         }
         None => (run_machine(cpu, &mut ContinueCallback(&mut keep_waiting)), None, None),
     };
-    if ended.reason == RunEnd::StoppedWaiting && interrupted.load(Ordering::Relaxed) {
-        ended.reason = RunEnd::Interrupted;
+    if result.reason == RunEnd::StoppedWaiting && interrupted.load(Ordering::Relaxed) {
+        result.reason = RunEnd::Interrupted;
     }
     // Each output is kept, even if another one fails.
-    let uart_written = uart_file.map_or(Ok(()), |file| write_pending(file, args.uart.as_deref(), &ended.uart));
-    let vcd_written = match (ended.wave_error.take(), vcd_file) {
+    let uart_written = uart_file.map_or(Ok(()), |file| write_pending(file, args.uart.as_deref(), &result.uart));
+    let vcd_written = match (result.wave_error.take(), vcd_file) {
         (Some(error), _) => Err(vcd_error(error)),
         (None, file) => file.map_or(Ok(()), PendingFile::complete),
     };
-    let trace_written =
-        trace_probe.map_or(Ok(()), |trace_probe| args.trace.finish_trace(trace_probe, trace_file, cpu.cycle(), &ended));
+    let trace_written = trace_probe
+        .map_or(Ok(()), |trace_probe| args.trace.finish_trace(trace_probe, trace_file, cpu.cycle(), &result));
     let text = recording.unwrap_or_default();
     let record_written = match (args.scenario_flags.record.as_deref(), record_file) {
         (Some(_), Some(file)) => write_pending(file, args.scenario_flags.record.as_deref(), text.as_bytes()),
@@ -293,7 +293,7 @@ fn run_recorded<C: Cpu>(
     };
     let outputs_written =
         print_error.map_or(Ok(()), Err).and(uart_written).and(vcd_written).and(trace_written).and(record_written);
-    Ok(RecordedRun { result: ended, verdict, coverage, outputs_written })
+    Ok(RecordedRun { result, verdict, coverage, outputs_written })
 }
 
 /// Writes an open file and renames it to its final name.
@@ -307,7 +307,7 @@ fn write_pending(file: PendingFile, name: Option<&str>, bytes: &[u8]) -> Result<
 
 /// The result of [`run_recorded`].
 struct RecordedRun {
-    /// How the run ended.
+    /// The result of the run.
     result: RunResult,
     /// The verdict of the scenario, if there is one.
     verdict: Option<ScenarioVerdict>,

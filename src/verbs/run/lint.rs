@@ -22,7 +22,7 @@ pub enum LintMode {
 }
 
 /// Prints the findings on standard error, in the order in which they occurred.
-pub fn report_lints<C: Cpu>(summary: &RunSummary<'_, C>, mode: LintMode, image: &str, terminal: &MessageStyle) {
+pub fn report_lints<C: Cpu>(summary: &RunSummary<'_, C>, mode: LintMode, image: &str, style: &MessageStyle) {
     let severity = if mode == LintMode::Error { Severity::Error } else { Severity::Warning };
     let diagnostics = summary.result.lints.iter().map(|finding| {
         let (place, what) =
@@ -31,7 +31,7 @@ pub fn report_lints<C: Cpu>(summary: &RunSummary<'_, C>, mode: LintMode, image: 
         Diagnostic::new(severity, finding.lint.code(), image, Pos::default(), cause, finding.lint.hint())
     });
     // An image has no source lines to draw.
-    report::report_diagnostics(terminal, &diagnostics.collect::<Vec<_>>(), report::FileTexts::NONE);
+    report::report_diagnostics(style, &diagnostics.collect::<Vec<_>>(), report::FileTexts::NONE);
 }
 
 /// Returns the count of a finding: `4 times, first in cycle 12`.

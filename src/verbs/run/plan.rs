@@ -63,17 +63,17 @@ pub fn check_pins_exist<C: Cpu>(planned: &PlannedRun, cpu: &C) -> Result<(), Ver
 }
 
 /// Returns the text of --expect-uart if it was not sent.
-pub fn missing_expected_text<'p>(plan: &'p RunPlan, ended: &RunResult) -> Option<&'p [u8]> {
+pub fn missing_expected_text<'p>(plan: &'p RunPlan, result: &RunResult) -> Option<&'p [u8]> {
     let text = plan.expect.as_deref()?;
-    (!text.is_empty() && !ended.uart.windows(text.len()).any(|sent| sent == text)).then_some(text)
+    (!text.is_empty() && !result.uart.windows(text.len()).any(|sent| sent == text)).then_some(text)
 }
 
 /// Returns the exit code. A condition of --until, or the end of a scenario, is success unless --expect-uart
 /// still waits.
-pub fn exit_code(plan: &RunPlan, ended: &RunResult, limit_requested: bool) -> u8 {
-    let still_waits = missing_expected_text(plan, ended).is_some() || !plan.until.is_empty();
-    match ended.reason {
-        RunEnd::Finished if missing_expected_text(plan, ended).is_some() => exit::FAILED,
+pub fn exit_code(plan: &RunPlan, result: &RunResult, limit_requested: bool) -> u8 {
+    let still_waits = missing_expected_text(plan, result).is_some() || !plan.until.is_empty();
+    match result.reason {
+        RunEnd::Finished if missing_expected_text(plan, result).is_some() => exit::FAILED,
         RunEnd::Expected | RunEnd::Finished => exit::OK,
         RunEnd::Until(..) if plan.expect.is_none() => exit::OK,
         RunEnd::Until(..) | RunEnd::Failed => exit::FAILED,

@@ -37,12 +37,12 @@ impl MappedLadder {
         map: &str,
         ladder: Option<&str>,
         source: &ProgramSource<'_>,
-        terminal: &MessageStyle,
+        style: &MessageStyle,
     ) -> Result<MappedLadder, VerbFailure> {
         let chip = source.names.chip;
         let parsed = trace::read_map(map, chip)?;
         let program = ladder
-            .map(|file| input::read_program(file, ReadOptions::default(), true, terminal).map(|read| read.program))
+            .map(|file| input::read_program(file, ReadOptions::default(), true, style).map(|read| read.program))
             .transpose()?;
         if let (Some(program), Some(file)) = (&program, ladder) {
             let texts = program.elements().map(|ProgramElement { element, .. }| ladder::element_text(element));
@@ -67,7 +67,7 @@ impl MappedLadder {
         self.map.rungs.iter().find(|rung| (rung.start..rung.end).contains(&byte)).map(|rung| rung.rung)
     }
 
-    /// Returns counters for the elements that are bits: contacts and coils. `None` without a program.
+    /// Returns new counters for the elements that are bits: contacts and coils. `None` without a program.
     pub fn new_element_counts(&self) -> Option<ElementCounts> {
         let program = self.program.as_ref()?;
         let bits = program.elements().enumerate().filter_map(|(i, ProgramElement { element, .. })| {

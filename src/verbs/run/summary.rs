@@ -25,7 +25,7 @@ pub struct RunSummary<'a, C> {
     pub clock: CycleClock,
     /// The plan, with the conditions of the run.
     pub plan: &'a RunPlan,
-    /// How the run ended.
+    /// The result of the run.
     pub result: &'a RunResult,
     /// Memory ranges to show, as typed.
     pub peek: &'a [(String, AddressRange)],
@@ -169,8 +169,8 @@ impl<C: Cpu> RunSummary<'_, C> {
 pub fn report_faults<C: Cpu>(summary: &RunSummary<'_, C>, out_of_code: &str) {
     for (pin, cycle) in summary.contention() {
         output::print_to_stderr(&format!(
-            "warning: chip and outside drive {pin} against each other from cycle {cycle} on; the chip wins\n  \
-             hint: let the pin go with --set {pin}=z or --at TIME:{pin}=z while the chip drives it\n"
+            "warning: the chip and a stimulus drive {pin} to opposite levels from cycle {cycle} on; the chip wins\n  \
+             hint: release the pin with --set {pin}=z or --at TIME:{pin}=z while the chip drives it\n"
         ));
     }
     let erased = summary.source.names.chip.isa.erased_word;
@@ -181,9 +181,10 @@ pub fn report_faults<C: Cpu>(summary: &RunSummary<'_, C>, out_of_code: &str) {
         RunEnd::Error(ProgramError::Fault { fault: ProgramFault::UnwrittenRead { .. }, .. }) => {
             ("a fault of the program", "write the cell first; after power-up RAM is undefined")
         }
-        RunEnd::Error(ProgramError::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. }) => {
-            ("a fault of the program", "jump only within the program, as the program table has it")
-        }
+        RunEnd::Error(ProgramError::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. }) => (
+            "a fault of the program",
+            "jump only to words of the same program: from its first to its last word in the program table",
+        ),
         RunEnd::Error(ProgramError::Fault { fault: ProgramFault::CycleTooLong, .. }) => {
             ("a fault of the program", "let NA pass the last word of the program, or jump to its first one")
         }

@@ -140,11 +140,11 @@ impl TraceFlags {
         probe: TraceProbe<'_>,
         pending: Option<PendingFile>,
         cycle: u64,
-        ended: &RunResult,
+        result: &RunResult,
     ) -> Result<(), VerbFailure> {
         let name = self.trace.as_deref().unwrap_or_default();
         if let Some(trace) = probe.trace {
-            let why = summary::reason_word(ended.reason);
+            let why = summary::reason_word(result.reason);
             trace.finish(cycle, why).map_err(|error| VerbFailure::write_failed(name, &error))?;
         }
         pending.map_or(Ok(()), PendingFile::complete)
@@ -167,7 +167,7 @@ pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
     let map: ImageMap = serde_json::from_slice(&input::read_bytes(file)?)
         .map_err(|why| refuse(format!("is not a map of an image: {why}")))?;
     if map.schema != SCHEMA {
-        return Err(refuse(format!("is a map of version {}; this is version {SCHEMA}", map.schema)));
+        return Err(refuse(format!("is a map of version {}; this emu reads version {SCHEMA}", map.schema)));
     }
     if !map.mcu.eq_ignore_ascii_case(chip.name) {
         return Err(refuse(format!("is a map for {}, and the chip is {}", map.mcu, chip.name)));
@@ -249,9 +249,9 @@ fn add_line_words(
     if first >= end {
         return Err(UsageError::EmptyRange { what: "line" });
     }
-    // At least one line of the range exists, so the file name is valid.
     let known = (first..end).take(1 << 16).find_map(|line| source.lines.addresses_of_line(file, line).ok());
     if known.is_none() {
+        // If no line of the range has code, report why the first one has none.
         source.lines.addresses_of_line(file, first)?;
         return Ok(());
     }

@@ -19,7 +19,7 @@ pub fn play(
     args: &SimArgs,
     read: &ReadProgram,
     used: &[RequestedOutput<'_>],
-    terminal: &MessageStyle,
+    style: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     let program = &read.program;
     let eval = Evaluator::new(program)
@@ -37,7 +37,7 @@ pub fn play(
         let driven: Vec<String> = inputs.chain(analog).map(|symbol| symbol.name).collect();
         let wave = scenarios::read_waveform(name)?;
         let (stimuli, warnings) = wave.scenario(&mut |wire| driven.iter().any(|name| name == wire))?;
-        report_diagnostics(terminal, &warnings, FileTexts::NONE);
+        report_diagnostics(style, &warnings, FileTexts::NONE);
         let bound = bind(&stimuli, play.resolver(), None, None).map_err(|faults| wave.binding_failure(faults))?;
         // A waveform alone ends with its last change, unless the user gives a number of scans.
         let alone = file.is_none() && args.scans.is_none();
@@ -74,5 +74,5 @@ pub fn play(
     let verdict = play.finish("the run was over");
     write_results(args, program, &trace, Some(file.verdict_json(&verdict)))?;
     let printed = used.iter().any(|output| output::is_stdout(output.file));
-    file.report_verdict(&PlayedScenario { steps: file.steps(), verdict: &verdict }, printed, terminal)
+    file.report_verdict(&PlayedScenario { steps: file.steps(), verdict: &verdict }, printed, style)
 }

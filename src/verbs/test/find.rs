@@ -27,7 +27,7 @@ const MAX_DEPTH: u32 = 32;
 ///
 /// # Errors
 /// A place cannot be read, or a file is faulty.
-pub fn find_cases(places: &[String], terminal: &MessageStyle) -> Result<Vec<TestCase>, VerbFailure> {
+pub fn find_cases(places: &[String], style: &MessageStyle) -> Result<Vec<TestCase>, VerbFailure> {
     let mut finder = TestFinder { cases: Vec::new(), notes: Vec::new() };
     match places {
         [] => match manifest_above() {
@@ -36,7 +36,7 @@ pub fn find_cases(places: &[String], terminal: &MessageStyle) -> Result<Vec<Test
         },
         _ => places.iter().try_for_each(|place| finder.place(Path::new(place)))?,
     }
-    report_diagnostics(terminal, &finder.notes, FileTexts::NONE);
+    report_diagnostics(style, &finder.notes, FileTexts::NONE);
     let mut names = std::collections::BTreeSet::new();
     finder.cases.retain(|case| names.insert((case.name.clone(), case.folder.clone())));
     Ok(finder.cases)

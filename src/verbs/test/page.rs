@@ -33,7 +33,7 @@ pub fn html_page(results: &[TestResult<'_>], summary: &TestSummary) -> String {
     for (number, result) in (1..).zip(results).filter(|(_, result)| !result.passed()) {
         _ = write!(
             page,
-            "<h2 id=\"test{number}\">{}</h2>\n<p>Again: <code>{}</code></p>\n<pre>{}{}</pre>\n",
+            "<h2 id=\"test{number}\">{}</h2>\n<p>Replay: <code>{}</code></p>\n<pre>{}{}</pre>\n",
             escape_markup(&result.case.name),
             escape_markup(&result.case.command()),
             escape_markup(&result.stderr),

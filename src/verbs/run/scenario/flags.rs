@@ -52,7 +52,7 @@ impl ScenarioFlags {
         source: &ProgramSource<'_>,
         (args, planned): (&RunArgs, &PlannedRun),
         file: Option<&ScenarioFile>,
-        (snapshot_writer, terminal): (&SnapshotWriter, &MessageStyle),
+        (snapshot_writer, style): (&SnapshotWriter, &MessageStyle),
     ) -> Result<ScenarioSetup, VerbFailure> {
         let has_byte = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
         let has_pin = |pin: PinId| cpu.has_pin(pin);
@@ -103,7 +103,7 @@ impl ScenarioFlags {
             let (wave_scenario, warnings) = wave.scenario(&mut { is_used })?;
             // With --drive, unused wires are intentional and need no warning.
             if self.drive.is_empty() {
-                report_diagnostics(terminal, &warnings, FileTexts::NONE);
+                report_diagnostics(style, &warnings, FileTexts::NONE);
             }
             let bound =
                 bind(&wave_scenario, &mut resolver, None, None).map_err(|faults| wave.binding_failure(faults))?;
