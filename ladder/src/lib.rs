@@ -15,10 +15,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod argument_count;
 mod bit_checks;
 mod bus_elements;
 mod check;
 mod codes;
+mod comment_text;
 pub mod convert;
 mod counted_elements;
 mod dialect_marks;
