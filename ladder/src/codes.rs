@@ -86,7 +86,7 @@ diag::codes! {
         "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, PLCopen XML, ladder as JSON, the files of OpenPLC Editor 4, exports of RSLogix 5000 (L5X). The file is not damaged. LDmicro's .ld text and Instruction List are read; --format ld or --format il says which one a file is.";
     IGNORED_SETTING "LD041" "a setting that has no effect here"
         "A note: YPlcCycleDuty:1 (an output that shows how long a scan takes), ConfigurationWord(s) (compiled images have the word that LC041 names), a MICRO= that is no name of LDmicro's list, and a mask of PULL-UP LIST that leaves an input without its pull-up: compiled images turn on the pull-ups of all inputs that have one.";
-    OLD_KEYWORD "LD042" "an older name of an element"
+    OLD_KEYWORD "LD045" "an older name of an element"
         "A note: LDmicro 5 reads UART_SEND_BUSY and UART_UDRE as UART_SEND_READY, and writes that name.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must be 1 to 32767. Shorter delays are less than two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust replaces the 1, a timer with P under 1 expires at once, and one with P beyond its width never expires: both are warnings. Change the delay or CYCLE=.";
