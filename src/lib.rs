@@ -27,7 +27,8 @@ use shared::flags::ColorChoice;
 use shared::output;
 use shared::report::MessageStyle;
 use verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim, wave,
+    asm, check, chips, compile, convert, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell,
+    sim, wave,
 };
 
 /// Runs the command line of this process. `docs/cli.md` lists the exit codes.
@@ -76,6 +77,7 @@ fn run_verb(verb: CliVerb, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         CliVerb::Debug(args) => debug::debug(&args, terminal),
         CliVerb::Dap(args) => dap::dap(&args, terminal),
         CliVerb::Compile(args) => compile::compile(&args, terminal),
+        CliVerb::Convert(args) => convert::convert(&args, terminal),
         CliVerb::Asm(args) => asm::asm(&args, terminal),
         CliVerb::Sim(args) => sim::sim(&args, terminal),
         CliVerb::Diff(args) => diff::diff(&args),

@@ -20,6 +20,13 @@ pub enum Notation {
 impl Notation {
     /// All notations with the names that `--format` takes.
     pub const ALL: [(Notation, &'static str); 2] = [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il")];
+
+    /// Returns the notation that the extension of a file name shows.
+    #[must_use]
+    pub fn of_file(file: &str) -> Option<Notation> {
+        let extension = file.rsplit_once('.')?.1.to_ascii_lowercase();
+        Self::ALL.iter().find(|(_, name)| *name == extension).map(|(notation, _)| *notation)
+    }
 }
 
 /// Options for reading a program in any notation.
@@ -40,8 +47,7 @@ pub const IL_CYCLE_US: u64 = 10_000;
 /// Whether the name of a file ends as that of a program: `.ld` or `.il`.
 #[must_use]
 pub fn is_program_name(file: &str) -> bool {
-    let extension = file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
-    extension.is_some_and(|found| Notation::ALL.iter().any(|(_, name)| *name == found))
+    Notation::of_file(file).is_some()
 }
 
 /// What a file is.
