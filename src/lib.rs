@@ -27,8 +27,8 @@ use shared::flags::ColorChoice;
 use shared::output;
 use shared::report::MessageStyle;
 use verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim,
-    test, wave,
+    asm, check, chips, compile, convert, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell,
+    sim, test, wave,
 };
 
 /// Runs the command line of this process. `docs/cli.md` lists the exit codes.
@@ -77,6 +77,7 @@ fn run_verb(verb: CliVerb, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         CliVerb::Debug(args) => debug::debug(&args, terminal),
         CliVerb::Dap(args) => dap::dap(&args, terminal),
         CliVerb::Compile(args) => compile::compile(&args, terminal),
+        CliVerb::Convert(args) => convert::convert(&args, terminal),
         CliVerb::Asm(args) => asm::asm(&args, terminal),
         CliVerb::Sim(args) => sim::sim(&args, terminal),
         CliVerb::Test(args) => test::test(&args, terminal),

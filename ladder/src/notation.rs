@@ -24,6 +24,17 @@ impl Notation {
     /// All notations with the names that `--format` takes.
     pub const ALL: [(Notation, &'static str); 3] =
         [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il"), (Notation::PlcOpen, "plcopen")];
+
+    /// Ends of the names of files, in order of preference.
+    pub const EXTENSIONS: [(Notation, &'static str); 3] =
+        [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il"), (Notation::PlcOpen, "xml")];
+
+    /// Returns the notation that the extension of a file name shows.
+    #[must_use]
+    pub fn of_file(file: &str) -> Option<Notation> {
+        let extension = file.rsplit_once('.')?.1.to_ascii_lowercase();
+        Self::EXTENSIONS.iter().find(|(_, name)| *name == extension).map(|(notation, _)| *notation)
+    }
 }
 
 /// Options for reading a program in any notation.
@@ -41,14 +52,10 @@ pub struct ReadOptions {
 /// Time of a scan of a program that gives none, in microseconds.
 pub const IL_CYCLE_US: u64 = 10_000;
 
-/// Ends of the names of files with a program.
-const EXTENSIONS: [&str; 3] = ["ld", "il", "xml"];
-
 /// Whether the name of a file ends as that of a program: `.ld`, `.il` or `.xml`.
 #[must_use]
 pub fn is_program_name(file: &str) -> bool {
-    let extension = file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
-    extension.is_some_and(|found| EXTENSIONS.contains(&found.as_str()))
+    Notation::of_file(file).is_some()
 }
 
 /// What a file is.
