@@ -4,8 +4,8 @@ use clap::{Parser, Subcommand};
 
 use crate::shared::flags::ColorChoice;
 use crate::verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim,
-    test, wave,
+    asm, check, chips, compile, convert, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell,
+    sim, test, wave,
 };
 
 const TOUR: &str = "\
@@ -58,6 +58,8 @@ pub enum CliVerb {
     Dap(dap::DapArgs),
     /// Compile a ladder program to Intel HEX.
     Compile(compile::CompileArgs),
+    /// Write a ladder program in another notation.
+    Convert(convert::ConvertArgs),
     /// Assemble a source to Intel HEX, for any chip.
     Asm(asm::AsmArgs),
     /// Run a ladder program on the reference evaluator, scan by scan.
@@ -105,7 +107,7 @@ impl CliVerb {
             CliVerb::Diff(args) => args.json,
             CliVerb::Migrate(args) => args.json,
             CliVerb::Dap(_) | CliVerb::Debug(_) | CliVerb::Wave(_) | CliVerb::Draw(_) | CliVerb::Explain(_) => false,
-            CliVerb::Completions(_) | CliVerb::Man(_) => false,
+            CliVerb::Convert(_) | CliVerb::Completions(_) | CliVerb::Man(_) => false,
         }
     }
 
@@ -117,6 +119,7 @@ impl CliVerb {
             CliVerb::Dap(_) => "dap",
             CliVerb::Check(_) => "check",
             CliVerb::Compile(_) => "compile",
+            CliVerb::Convert(_) => "convert",
             CliVerb::Asm(_) => "asm",
             CliVerb::Sim(_) => "sim",
             CliVerb::Test(_) => "test",

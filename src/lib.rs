@@ -27,8 +27,8 @@ use shared::flags::ColorChoice;
 use shared::output;
 use shared::report::MessageStyle;
 use verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim,
-    test, wave,
+    asm, check, chips, compile, convert, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell,
+    sim, test, wave,
 };
 
 /// Runs the command line of this process. `docs/cli.md` lists the exit codes.
@@ -77,6 +77,7 @@ fn run_verb(verb: CliVerb, style: &MessageStyle) -> Result<u8, VerbFailure> {
         CliVerb::Debug(args) => debug::debug(&args, style),
         CliVerb::Dap(args) => dap::dap(&args, style),
         CliVerb::Compile(args) => compile::compile(&args, style),
+        CliVerb::Convert(args) => convert::convert(&args, style),
         CliVerb::Asm(args) => asm::asm(&args, style),
         CliVerb::Sim(args) => sim::sim(&args, style),
         CliVerb::Test(args) => test::test(&args, style),

@@ -4,6 +4,7 @@ pub mod asm;
 pub mod check;
 pub mod chips;
 pub mod compile;
+pub mod convert;
 pub mod dap;
 pub mod debug;
 pub mod diff;

@@ -4,8 +4,9 @@
 
 mod common;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use emu_check::fuzz::generate_program;
 use emu_check::{CheckOptions, check_compiled};
 use emu_test_support::case_lines;
 use ladder::LadderProgram;
@@ -40,6 +41,28 @@ fn faults_of_the_compiler_are_found() {
     let stale: Vec<&String> = listed.keys().filter(|fault| !survived.contains(fault)).collect();
     assert!(tried >= 40, "only {tried} faults");
     assert!(unlisted.is_empty() && stale.is_empty(), "not found: {unlisted:#?}\nlisted, but found: {stale:#?}");
+}
+
+/// Elements that become no operation of the intermediate code, so that no fault is theirs.
+const NO_FAULT: [&str; 9] =
+    ["COMMENT", "SHORT", "PLACEHOLDER", "LABEL", "SUBPROG", "STRING", "DELAY", "SLEEP", "CLRWDT"];
+
+/// The faults from which the kill table is drawn are faults of every element.
+#[test]
+fn every_element_has_faults() {
+    let mut missing: BTreeSet<&str> = ladder::element_keywords().collect();
+    assert!(NO_FAULT.iter().all(|keyword| missing.remove(keyword)), "a listed element does not exist");
+    for number in 0..3_000 {
+        let (program, _) = generate_program(1, number);
+        if !program.elements().any(|at| missing.contains(at.element.facts().keyword)) {
+            continue;
+        }
+        let target = ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), ..Default::default() };
+        for id in mutants(&program, &target).into_iter().filter_map(|mutant| mutant.element) {
+            program.find_element(id).iter().for_each(|at| _ = missing.remove(at.element.facts().keyword));
+        }
+    }
+    assert!(missing.is_empty(), "no fault in {missing:?}");
 }
 
 /// The default options; EMU_MUTANTS_SEED sets another seed, to see that the outcome does not depend on it.

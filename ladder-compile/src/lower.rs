@@ -383,7 +383,7 @@ impl<'a> Lowering<'a> {
             }
             Element::ShiftRegister { name, stages } => self.shift(name, *stages),
             Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),
-            Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
+            Element::PiecewiseLinear { dest, index, points, .. } => self.piecewise(dest, index, points),
             Element::ReadAdc { name, refs } => self.read_adc(name, refs.unwrap_or(0) as u8),
             Element::SetPwm { duty, output, .. } => self.set_pwm(duty, output.as_ref()),
             Element::UartSend { name, rest } => self.send(name, rest.unwrap_or_default()),

@@ -42,7 +42,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             let values = values.collect::<Result<Vec<_>, _>>()?;
             ElementOp::LookUp { dest, index, table: push_index(&mut builder.code.tables, values) }
         }
-        Element::PiecewiseLinear { dest, index, points } => {
+        Element::PiecewiseLinear { dest, index, points, .. } => {
             let (dest, index) = (builder.integer_index(dest)?, builder.operand_source(index)?);
             let curve = check_curve(builder, dest, index, points)?;
             ElementOp::Curve { dest, index, curve: push_index(&mut builder.code.curves, curve) }

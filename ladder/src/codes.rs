@@ -49,11 +49,11 @@ diag::codes! {
     TOO_FEW "LD022" "too few arguments"
         "Every element has a fixed list of arguments, which the hint shows. Both headers accept the longer lists of LDmicro 5. In ldmicro-5 missing flags of COIL and a missing resolution of SET_PWM are notes.";
     TOO_MANY "LD023" "too many arguments"
-        "Every element has a fixed list of arguments, which the hint shows. A table gives the number of its values itself. In ldmicro-5 words after RUNG are a note.";
+        "Every element has a fixed list of arguments, which the hint shows. A table gives the number of its values itself. In ldmicro-5 words after RUNG or after the last argument are a note: they have no effect.";
     NOT_A_NUMBER "LD024" "not a number"
         "A number is decimal with an optional minus sign, 0x hexadecimal, 0o octal, 0b binary, or a character such as 'a' or '\\n'. In ldmicro-5 a constant has the meaning of C's strtol: 017 is octal (a note), 0o17 and 0b101 are 0, and 5abc is 5 (warnings). The name of a pin in IO LIST is a warning, and the pin is not assigned.";
     OUT_OF_RANGE "LD025" "number out of range"
-        "Constants are -32768 to 32767, in ldmicro-5 -2147483648 to 2147483647. Flags are 0 or 1, character codes 0 to 255, pins 0 to 255, delays 0 to 1,000,000,000,000 microseconds, stages 1 to 256. Modbus numbers of IO LIST that are too large are truncated to 8 and 16 bits with a warning.";
+        "Constants are -32768 to 32767, in ldmicro-5 -2147483648 to 2147483647. Flags are 0 or 1 (in ldmicro-5 any other number is 1, a note), character codes 0 to 255 (LDmicro writes letters beyond ASCII as -128 to -1, a note in ldmicro-5 and a warning in ldmicro-2.3, where they are X), pins 0 to 255, delays 0 to 1,000,000,000,000 microseconds, stages 1 to 256. Modbus numbers of IO LIST that are too large are truncated to 8 and 16 bits with a warning.";
     BAD_NAME "LD026" "bad characters in a name"
         "A name consists of the letters A to Z and a to z, digits and underscores, does not begin with a digit and has at most 127 characters. Capitals matter. In IO LIST emu skips such a line with a warning.";
     CONTACT_KIND "LD027" "a contact needs an X, Y or R name"
@@ -83,9 +83,17 @@ diag::codes! {
     REGISTER_ADDRESS "LD039" "a register is named by its address"
         "A note: `#0x25` and the like are addresses in the data memory of the chip that MICRO= names. Those of the registers of ports are read as their names #PORTx, #PINx, #TRISx; others have no meaning here.";
     OTHER_NOTATION "LD040" "a notation that is not read"
-        "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, PLCopen XML, ladder as JSON, the files of OpenPLC Editor 4, exports of RSLogix 5000 (L5X). The file is not damaged. LDmicro's .ld text and Instruction List are read; --format ld or --format il says which one a file is.";
+        "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, ladder as JSON, the files of OpenPLC Editor 4, exports of RSLogix 5000 (L5X). The file is not damaged. LDmicro's .ld text, Instruction List and PLCopen XML are read; --format ld, il or plcopen says which one a file is.";
     IGNORED_SETTING "LD041" "a setting that has no effect here"
         "A note: YPlcCycleDuty:1 (an output that shows how long a scan takes), ConfigurationWord(s) (compiled images have the word that LC041 names), a MICRO= that is no name of LDmicro's list, and a mask of PULL-UP LIST that leaves an input without its pull-up: compiled images turn on the pull-ups of all inputs that have one.";
+    DRAWING "LD042" "the wires of a diagram are not sound"
+        "In a graphical notation every contact, coil and block has a connection on its left side that comes from the left power rail, no wire leads around to its own beginning, and branches are nested at most 64 deep. A diagram has at most 5,000 elements.";
+    XML "LD043" "an XML or JSON file is damaged"
+        "The file is XML or JSON by its first character, but a tag, an attribute, an entity or a bracket is wrong, or the file ends too early. Files are read up to 4 MiB, 200,000 elements and a depth of 64.";
+    PART_NOT_READ "LD044" "a part of this notation is not read"
+        "The file is sound, but has something that no program here can have: bodies in Structured Text, FBD or SFC, functions and function blocks by the user, several programs, arrays and structures, instructions of a vendor that the page of the notation does not list. The message names it. docs/languages/ says what is read.";
+    OLD_KEYWORD "LD045" "an older name of an element"
+        "A note: LDmicro 5 reads UART_SEND_BUSY and UART_UDRE as UART_SEND_READY, and writes that name.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must be 1 to 32767. Shorter delays are less than two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust replaces the 1, a timer with P under 1 expires at once, and one with P beyond its width never expires: both are warnings. Change the delay or CYCLE=.";
     NOT_LAST "LD102" "an element of the right rail is not last"

@@ -2,11 +2,13 @@
 
 use std::ops::RangeInclusive;
 
+use diag::Severity;
+
 use crate::codes;
 use crate::element_keywords::ElementKeyword;
 use crate::element_reader::{join_positions, read_destination, read_operand};
 use crate::lexer::{self, LdLine, LdToken};
-use crate::model::{CurvePoint, Element};
+use crate::model::{CurvePoint, Element, LadderDialect};
 use crate::reader::{LdReader, message_text};
 
 /// Maximum number of values of a look-up table, of points of a curve, and of characters of a string.
@@ -21,11 +23,12 @@ pub(crate) fn read_look_up_table(
 ) -> Option<Element> {
     let [dest, index, count, flag] = head;
     let (dest, at) = (read_destination(r, row.0, dest), read_operand(r, row.0, index));
-    let as_string = r.read_u32(flag, "the flag `as_string`", 0, 1);
+    let as_string = r.read_flag(flag, "the flag `as_string`");
     let wanted = r.read_u32(count, "the number of values", 0, MAX_VALUES);
     let range = r.constant_range();
+    let (values, name) = split_name(wanted, values);
     let values = read_counted_values(r, row, count, wanted, values, "a value of the table", range);
-    Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values? })
+    Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values?, name })
 }
 
 /// Reads PIECEWISE_LINEAR: destination, index and count, then the coordinates of the points.
@@ -39,9 +42,20 @@ pub(crate) fn read_piecewise_linear(
     let (dest, at) = (read_destination(r, row.0, dest), read_operand(r, row.0, index));
     let wanted = r.read_u32(count, "the number of points", 0, MAX_VALUES).map(|n| 2 * n);
     let range = r.constant_range();
+    let (values, name) = split_name(wanted, values);
     let values = read_counted_values(r, row, count, wanted, values, "a coordinate", range);
     let points = values?.chunks_exact(2).filter_map(|p| Some(CurvePoint { x: *p.first()?, y: *p.get(1)? })).collect();
-    Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
+    Some(Element::PiecewiseLinear { dest: dest?, index: at?, points, name })
+}
+
+/// Splits off the name that LDmicro 5 writes after the last value of a table.
+fn split_name<'t, 'a>(wanted: Option<u32>, values: &'t [LdToken<'a>]) -> (&'t [LdToken<'a>], Option<String>) {
+    match values.split_last() {
+        Some((last, front)) if wanted == Some(front.len() as u32) && lexer::is_name(last.text) => {
+            (front, Some(last.text.to_owned()))
+        }
+        _ => (values, None),
+    }
 }
 
 /// Reads STRING: a text variable or `(none)`, then the arguments of FORMATTED_STRING.
@@ -60,9 +74,20 @@ pub(crate) fn read_text(
     }
 }
 
-/// True for the elements whose counted values are character codes.
-fn has_character_codes(row: &ElementKeyword) -> bool {
-    matches!(row.0, "FORMATTED_STRING" | "STRING")
+/// Reads the code of a character, which may be negative: where a character is a signed byte, LDmicro writes
+/// letters beyond ASCII as -128 to -1. Release 2.3 reads them as control characters, LDmicro 5 as letters.
+fn read_character_code(r: &mut LdReader<'_>, token: LdToken<'_>) -> Option<u8> {
+    let code = r.read_number(token, "a character code", -128, 255)?;
+    if code < 0 {
+        let is_ldmicro5 = r.dialect == LadderDialect::Ldmicro5;
+        let severity = if is_ldmicro5 { Severity::Note } else { Severity::Warning };
+        let meant = if is_ldmicro5 { code + 256 } else { i64::from(b'X') };
+        let cause = format!("the character code {code} is read as {meant}");
+        let hint = format!("write {}", code + 256);
+        r.report(severity, codes::OUT_OF_RANGE, token.pos, cause, hint);
+        return u8::try_from(meant).ok();
+    }
+    u8::try_from(code).ok()
 }
 
 /// Reads FORMATTED_STRING: a variable or `(none)`, then character codes or a quoted text.
@@ -78,10 +103,17 @@ pub(crate) fn read_formatted_string(
         _ => r.read_integer_name(row.0, var).map(Some),
     };
     let (first, codes_read) = rest.split_first()?;
+    if !first.text.starts_with(['"', '-']) && !first.text.starts_with(|c: char| c.is_ascii_digit()) {
+        let cause =
+            format!("`{}` is neither a text between quotes nor the number of its characters", message_text(first.text));
+        r.error(codes::BAD_STRING, first.pos, cause, format!("write {}", row.3));
+        return None;
+    }
     if !first.text.starts_with('"') {
         let wanted = r.read_u32(*first, "the length", 0, MAX_VALUES);
-        let codes_read = read_counted_values(r, row, *first, wanted, codes_read, "a character code", 0..=255);
-        let text = codes_read?.iter().filter_map(|c| u8::try_from(*c).ok()).map(char::from).collect();
+        let read: Vec<Option<u8>> = codes_read.iter().map(|t| read_character_code(r, *t)).collect();
+        check_value_count(r, row, *first, wanted, codes_read)?;
+        let text = read.into_iter().map(|code| code.map(char::from)).collect::<Option<_>>()?;
         return Some(Element::FormattedString { var: name?, text, quoted: false });
     }
     let raw = line.text.get(first.byte_offset + 1..).unwrap_or("");
@@ -112,18 +144,20 @@ fn read_counted_values(
     what: &str,
     range: RangeInclusive<i64>,
 ) -> Option<Vec<i64>> {
-    // LDmicro 5 writes a name after the last value of a table. It has no meaning, and the writer drops it.
-    let values = match values.split_last() {
-        Some((last, front))
-            if wanted == Some(front.len() as u32) && !has_character_codes(row) && lexer::is_name(last.text) =>
-        {
-            front
-        }
-        _ => values,
-    };
-    let read_value = if has_character_codes(row) { LdReader::read_number } else { LdReader::read_constant };
     let (low, high) = range.into_inner();
-    let read: Vec<Option<i64>> = values.iter().map(|t| read_value(r, *t, what, low, high)).collect();
+    let read: Vec<Option<i64>> = values.iter().map(|t| r.read_constant(*t, what, low, high)).collect();
+    check_value_count(r, row, count, wanted, values)?;
+    read.into_iter().collect()
+}
+
+/// Checks that there are as many values as announced.
+fn check_value_count(
+    r: &mut LdReader<'_>,
+    row: &ElementKeyword,
+    count: LdToken<'_>,
+    wanted: Option<u32>,
+    values: &[LdToken<'_>],
+) -> Option<()> {
     let wanted = wanted? as usize;
     let cause = format!("{} announces {wanted} number(s), found {}", row.0, values.len());
     if values.len() < wanted {
@@ -134,5 +168,5 @@ fn read_counted_values(
         r.error(codes::TOO_MANY, extra.pos, cause, format!("write {}", row.3));
         return None;
     }
-    read.into_iter().collect()
+    Some(())
 }

@@ -202,6 +202,7 @@ impl Element {
             Element::SetPwm { output, .. } => output.is_some(),
             Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => rest.is_some(),
             Element::FormattedString { quoted, .. } => *quoted,
+            Element::LookUpTable { name, .. } | Element::PiecewiseLinear { name, .. } => name.is_some(),
             Element::Move { src, .. } => is_wide_hex(src),
             Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => is_wide_hex(op1) || is_wide_hex(op2),
             // Release 2.3 writes all arguments of the others.
@@ -363,11 +364,11 @@ impl Element {
             Element::ShiftRegister { name, stages } => (0..*stages).fold(row("SHIFT_REGISTER", Acts), |row, stage| {
                 row.symbol(format!("{name}{stage}"), Variable, stage + 1 < *stages, (stage > 0).then_some(Powered))
             }),
-            Element::LookUpTable { dest, index, as_string: _, values } => row("LOOK_UP_TABLE", Acts)
+            Element::LookUpTable { dest, index, as_string: _, values, name: _ } => row("LOOK_UP_TABLE", Acts)
                 .writes(dest, Variable, Powered)
                 .operand(index)
                 .constants(values.iter().copied()),
-            Element::PiecewiseLinear { dest, index, points } => row("PIECEWISE_LINEAR", Acts)
+            Element::PiecewiseLinear { dest, index, points, name: _ } => row("PIECEWISE_LINEAR", Acts)
                 .writes(dest, Variable, Powered)
                 .operand(index)
                 .constants(points.iter().flat_map(|point| [point.x, point.y])),

@@ -115,11 +115,26 @@ const TEXT_VARIABLE: &str = "a variable holds a number here, not a text";
 const NO_TEXT_ON_BUS: &str = "a bus sends single bytes here";
 const FORMATTED: &str = "send the text with FORMATTED_STRING name \"text\", where \\5 is the place of the number";
 
+const NO_WIDTH: &str = "it moves as many bytes as the variable is wide, which the line does not say";
+const NO_SFR: &str = "it reaches a special register by its address";
+const WRITE_REGISTER: &str = "write MOVE, SET_BIT or CLEAR_BIT with #PORTx, #PINx or #TRISx";
+const TEST_REGISTER: &str = "test #PORTx, #PINx or #TRISx with IF_BIT_SET, IF_BIT_CLEAR or a comparison";
+
+/// Older names of elements that LDmicro 5 reads, and the name that it writes.
+pub(crate) const OLD_KEYWORDS: &[(&str, &str)] =
+    &[("UART_SEND_BUSY", "UART_SEND_READY"), ("UART_UDRE", "UART_SEND_READY")];
+
 /// Elements of LDmicro 5 that are not supported: keyword, reason, and the nearest thing that works.
 #[rustfmt::skip]
 pub(crate) const UNSUPPORTED_KEYWORDS: &[(&str, &str, &str)] = &[
-    ("UART_RECVn",  "LDmicro 5 itself does not read it back", "write UART_RECV name 2 0 for two bytes, up to 4"),
-    ("UART_SENDn",  "LDmicro 5 itself does not read it back", "write UART_SEND name 2 0 for two bytes, up to 4"),
+    ("UART_RECVn",  NO_WIDTH, "write UART_RECV name 2 0 for two bytes, up to 4"),
+    ("UART_SENDn",  NO_WIDTH, "write UART_SEND name 2 0 for two bytes, up to 4"),
+    ("RSFR",        NO_SFR, "write MOVE name #PORTx, or #PINx"),
+    ("WSFR",        NO_SFR, WRITE_REGISTER),
+    ("SSFR",        NO_SFR, WRITE_REGISTER),
+    ("CSFR",        NO_SFR, WRITE_REGISTER),
+    ("TSFR",        NO_SFR, TEST_REGISTER),
+    ("TCSFR",       NO_SFR, TEST_REGISTER),
     ("CPRINTF",     TEXT_VARIABLE, FORMATTED),
     ("SPRINTF",     TEXT_VARIABLE, FORMATTED),
     ("FPRINTF",     "a chip has no files", FORMATTED),

@@ -2,10 +2,12 @@
 
 use diag::{Pos, Severity, nearest};
 
+use crate::argument_count::check_argument_count;
 use crate::bus_elements;
 use crate::codes;
+use crate::comment_text;
 use crate::counted_elements;
-use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
+use crate::element_keywords::{ELEMENT_KEYWORDS, ElementKeyword, OLD_KEYWORDS, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{
     CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, PwmChoice, SegmentDisplay,
@@ -17,15 +19,25 @@ use crate::reader::{LdReader, message_text};
 /// Reads one element; returns `None` after it has reported at least one error.
 pub(crate) fn read_element(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<Element> {
     let (keyword, args) = line.tokens.split_first()?;
-    let Some(row) = ELEMENT_KEYWORDS.iter().find(|(k, ..)| *k == keyword.text) else {
+    let name = known_spelling(reader, *keyword);
+    let Some(row) = ELEMENT_KEYWORDS.iter().find(|(k, ..)| *k == name) else {
         report_unknown_keyword(reader, *keyword);
         return None;
     };
     if row.0 == "COMMENT" {
-        return Some(Element::Comment(unescape(line.rest())));
+        return Some(Element::Comment(comment_text::unescape(line.rest(), reader.dialect)));
     }
-    check_argument_count(reader, row, *keyword, args)?;
+    let args = check_argument_count(reader, row, *keyword, args)?;
     build_element(reader, line, row, args)
+}
+
+/// The keyword of an element that LDmicro 5 also reads under an older name.
+fn known_spelling<'a>(reader: &mut LdReader<'_>, keyword: LdToken<'a>) -> &'a str {
+    let known = OLD_KEYWORDS.iter().find(|(old, _)| *old == keyword.text);
+    let Some((_, now)) = known.filter(|_| reader.dialect == LadderDialect::Ldmicro5) else { return keyword.text };
+    let cause = format!("{} is an older name of {now}", keyword.text);
+    reader.report(Severity::Note, codes::OLD_KEYWORD, keyword.pos, cause, format!("write {now}"));
+    now
 }
 
 fn report_unknown_keyword(reader: &mut LdReader<'_>, keyword: LdToken<'_>) {
@@ -40,50 +52,6 @@ fn report_unknown_keyword(reader: &mut LdReader<'_>, keyword: LdToken<'_>) {
         None => "the first word of a line names the element, such as CONTACTS or COIL".to_owned(),
     };
     reader.error(codes::UNKNOWN_KEYWORD, keyword.pos, format!("unknown keyword `{word}`"), hint);
-}
-
-/// Checks the number of arguments.
-///
-/// The error marks the first argument too many, or the keyword if there are too few.
-pub(crate) fn check_argument_count(
-    reader: &mut LdReader<'_>,
-    row: &ElementKeyword,
-    keyword: LdToken<'_>,
-    args: &[LdToken<'_>],
-) -> Option<()> {
-    let &(name, mut least, most, syntax) = row;
-    // LDmicro 5 takes 0 for the flags of COIL that are missing.
-    if name == "COIL" && reader.dialect == LadderDialect::Ldmicro5 {
-        least = 1;
-    }
-    let wanted = if least == most { format!("{least}") } else { format!("{least} to {most}") };
-    let wanted = if most == ANY_COUNT { format!("at least {least}") } else { wanted };
-    let cause = format!("{name} takes {wanted} argument(s), found {}", args.len());
-    if args.len() < least {
-        // The syntax is the keyword and the names of the arguments.
-        let cause = match syntax.split_whitespace().nth(args.len() + 1) {
-            Some(missing) => format!("{cause}: `{missing}` is missing"),
-            None => cause,
-        };
-        reader.error(codes::TOO_FEW, keyword.pos, cause, format!("write {syntax}"));
-        return None;
-    }
-    if let Some(extra) = args.get(most) {
-        reader.error(codes::TOO_MANY, extra.pos, cause, format!("write {syntax}"));
-        return None;
-    }
-    // The last two arguments of these elements are optional, but only as a pair.
-    let has_half = matches!(name, "SET_PWM" | "UART_RECV" | "UART_SEND") && args.len() + 1 == most;
-    if has_half && !(name == "SET_PWM" && reader.dialect == LadderDialect::Ldmicro5) {
-        reader.error(codes::TOO_FEW, keyword.pos, cause, format!("write {syntax}, the last two both or neither"));
-        return None;
-    }
-    if has_half || args.len() < row.1 {
-        let (cause, hint) = (format!("{name} has only {} argument(s)", args.len()), format!("write {syntax}"));
-        let default = if name == "COIL" { "the missing flags are 0" } else { "the resolution is 0-100" };
-        reader.report(Severity::Note, codes::TOO_FEW, keyword.pos, format!("{cause}: {default}"), hint);
-    }
-    Some(())
 }
 
 #[rustfmt::skip]
@@ -206,10 +174,15 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
 
 /// A label, or the number of a rung.
 fn read_target(r: &mut LdReader<'_>, token: LdToken<'_>) -> Option<String> {
-    match token.text.starts_with(|c: char| c.is_ascii_digit()) {
-        true => r.read_u32(token, "the number of a rung", 1, u32::MAX).map(|_| token.text.to_owned()),
-        false => r.read_name(token),
+    if !token.text.starts_with(|c: char| c.is_ascii_digit()) {
+        return r.read_name(token);
     }
+    if lexer::parse_number(token.text) == Some(0) {
+        let cause = "GOTO 0 leads nowhere: LDmicro 5 counts rungs from 1";
+        r.error(codes::OUT_OF_RANGE, token.pos, cause, "write GOTO 1 for the first rung, or the name of a LABEL");
+        return None;
+    }
+    r.read_u32(token, "the number of a rung", 1, u32::MAX).map(|_| token.text.to_owned())
 }
 
 fn read_contacts(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> Option<Element> {
@@ -254,12 +227,13 @@ pub(crate) fn read_bit_name(
         r.use_as_bit(&name);
     }
     if !name.starts_with(letters) {
+        let is_modbus = r.dialect == LadderDialect::Ldmicro5 && name.starts_with(['I', 'M']);
         let wanted: Vec<String> = letters.iter().map(|l| format!("{l}..")).collect();
         r.error(
             code,
             token.pos,
             format!("{who} needs a name {}, found {}", wanted.join(" or "), message_text(&name)),
-            hint,
+            if is_modbus { "I.. and M.. belong to Modbus, which is not supported here: take an R.." } else { hint },
         );
         return None;
     }
@@ -269,7 +243,7 @@ pub(crate) fn read_bit_name(
 /// Reads all flags before it fails, so that every invalid flag is reported.
 fn read_flags(r: &mut LdReader<'_>, tokens: &[LdToken<'_>], names: &[&str]) -> Option<Vec<u32>> {
     let read: Vec<Option<u32>> =
-        tokens.iter().zip(names).map(|(t, n)| r.read_u32(*t, &format!("the flag `{n}`"), 0, 1)).collect();
+        tokens.iter().zip(names).map(|(t, n)| r.read_flag(*t, &format!("the flag `{n}`"))).collect();
     read.into_iter().collect()
 }
 
@@ -403,18 +377,29 @@ fn set_pwm(r: &mut LdReader<'_>, duty: LdToken<'_>, hertz: LdToken<'_>, output: 
     let output = match output {
         [name, resolution @ ..] => {
             let resolution = resolution.first().map_or("", |token| token.text);
-            r.read_name(*name).map(|name| Some(PwmChoice { name, resolution: resolution.to_owned() }))
+            read_pwm_name(r, *name).map(|name| Some(PwmChoice { name, resolution: resolution.to_owned() }))
         }
         _ => Some(None),
     };
     Some(Element::SetPwm { duty: duty?, hertz: hertz?, output: output? })
 }
 
+/// The name of an output of SET_PWM, which begins with P: LDmicro 5 puts it before any other name.
+fn read_pwm_name(r: &mut LdReader<'_>, token: LdToken<'_>) -> Option<String> {
+    let name = r.read_name(token)?;
+    if r.dialect != LadderDialect::Ldmicro5 || name.starts_with('P') {
+        return Some(name);
+    }
+    let cause = format!("the output {} of SET_PWM is P{name} in LDmicro 5", message_text(&name));
+    r.report(Severity::Note, codes::BAD_NAME, token.pos, cause, format!("write P{}", message_text(&name)));
+    Some(format!("P{name}"))
+}
+
 fn read_uart_arguments(r: &mut LdReader<'_>, rest: &[LdToken<'_>]) -> Option<Option<SerialTransfer>> {
     match rest {
         [bytes, wait] => {
             let (bytes, wait) =
-                (r.read_u32(*bytes, "the number of bytes", 1, 255), r.read_u32(*wait, "the flag `wait`", 0, 1));
+                (r.read_u32(*bytes, "the number of bytes", 1, 255), r.read_flag(*wait, "the flag `wait`"));
             Some(Some(SerialTransfer { bytes: bytes?, wait: wait? }))
         }
         _ => Some(None),
@@ -468,27 +453,6 @@ pub(crate) fn read_operand_in_range(
         return Some(LadderOperand::Const { value, text: token.text.to_owned() });
     }
     r.read_integer_name(keyword, token).map(LadderOperand::Var)
-}
-
-/// Replaces the escapes of COMMENT (`\n`, `\r` and `\\`); any other backslash is an ordinary character.
-fn unescape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut chars = text.chars();
-    while let Some(c) = chars.next() {
-        let rest = chars.as_str();
-        match (c, rest.chars().next()) {
-            ('\\', Some(next @ ('n' | 'r' | '\\'))) => {
-                chars.next();
-                out.push(match next {
-                    'n' => '\n',
-                    'r' => '\r',
-                    other => other,
-                });
-            }
-            (c, _) => out.push(c),
-        }
-    }
-    out
 }
 
 /// Position that spans from the first to the last of several words of a line.

@@ -15,12 +15,15 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod argument_count;
 mod bit_checks;
 mod bus_elements;
 mod check;
 mod codes;
+mod comment_text;
 pub mod convert;
 mod counted_elements;
+mod diagram;
 mod dialect_marks;
 mod draw;
 mod element_facts;
@@ -42,6 +45,7 @@ mod packages;
 mod parse;
 mod peripheral_checks;
 mod peripheral_model;
+mod plcopen;
 mod program_checks;
 mod program_head;
 mod program_parts;
@@ -53,6 +57,7 @@ pub mod segments;
 mod symbol_kinds;
 pub mod symbols;
 mod write;
+mod xml;
 
 pub use bus_elements::{BusOp, BusTransfer, bus_hertz};
 pub use check::check;

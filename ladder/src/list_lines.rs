@@ -8,6 +8,7 @@ use diag::{Pos, Severity};
 use crate::codes;
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{IoEntry, LadderDialect, VarEntry};
+use crate::packages;
 use crate::program_head::ProgramHead;
 use crate::reader::{LdReader, message_text};
 
@@ -72,9 +73,15 @@ fn read_io_line(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<IoEntry>
     Some(IoEntry { name: name.text.to_owned(), pin: pin?, modbus, pos: line.pos })
 }
 
-/// Reads the number of a pin; a text is the name of a pin, which no chip here has, so that no pin is
-/// assigned.
+/// Reads the number of a pin, or the name of a port bit of the chip that MICRO= names above. Any other text
+/// assigns no pin.
 fn read_pin(reader: &mut LdReader<'_>, name: LdToken<'_>, pin: LdToken<'_>) -> Option<u32> {
+    if let Some(number) = reader.micro.as_deref().and_then(|micro| packages::pin_of_port_bit(micro, pin.text)) {
+        let (name, shown) = (message_text(name.text), message_text(pin.text));
+        let cause = format!("{name} is at {shown}, pin {number} of the package");
+        reader.report(Severity::Note, codes::NOT_A_NUMBER, pin.pos, cause, format!("write {number}"));
+        return Some(number);
+    }
     let (value, rest) = lexer::split_decimal(pin.text).unwrap_or((0, pin.text));
     let found = u32::try_from(value).ok().filter(|pin| *pin <= 255);
     match found {

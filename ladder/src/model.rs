@@ -302,6 +302,8 @@ pub enum Element {
         as_string: bool,
         /// Values of the table.
         values: Vec<i64>,
+        /// LDmicro 5's name of the table, if written; no effect on the program.
+        name: Option<String>,
     },
     /// `PIECEWISE_LINEAR dest index count x0 y0 ..`.
     PiecewiseLinear {
@@ -311,6 +313,8 @@ pub enum Element {
         index: LadderOperand,
         /// Points of the curve; x is strictly increasing.
         points: Vec<CurvePoint>,
+        /// LDmicro 5's name of the curve, if written; no effect on the program.
+        name: Option<String>,
     },
     /// `READ_ADC name [refs]`.
     ReadAdc {

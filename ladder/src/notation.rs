@@ -4,9 +4,10 @@ use diag::text::{self, TextEncoding};
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
-use crate::il;
-use crate::model::{LadderDialect, LadderProgram};
+use crate::il::{self, IlProgram};
+use crate::model::LadderDialect;
 use crate::parse::{ParseOptions, ParsedProgram, parse_bytes};
+use crate::plcopen;
 
 /// A notation that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -15,11 +16,25 @@ pub enum Notation {
     Ldmicro,
     /// Instruction List of IEC 61131-3.
     InstructionList,
+    /// PLCopen XML with a body in ladder diagram or Instruction List.
+    PlcOpen,
 }
 
 impl Notation {
     /// All notations with the names that `--format` takes.
-    pub const ALL: [(Notation, &'static str); 2] = [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il")];
+    pub const ALL: [(Notation, &'static str); 3] =
+        [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il"), (Notation::PlcOpen, "plcopen")];
+
+    /// Ends of the names of files, in order of preference.
+    pub const EXTENSIONS: [(Notation, &'static str); 3] =
+        [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il"), (Notation::PlcOpen, "xml")];
+
+    /// Returns the notation that the extension of a file name shows.
+    #[must_use]
+    pub fn of_file(file: &str) -> Option<Notation> {
+        let extension = file.rsplit_once('.')?.1.to_ascii_lowercase();
+        Self::EXTENSIONS.iter().find(|(_, name)| *name == extension).map(|(notation, _)| *notation)
+    }
 }
 
 /// Options for reading a program in any notation.
@@ -29,19 +44,18 @@ pub struct ReadOptions {
     pub dialect: Option<LadderDialect>,
     /// Notation; by default the one that the file name and the content show.
     pub notation: Option<Notation>,
-    /// Time of a scan in microseconds, which overrides CYCLE=. Instruction List has no CYCLE=; its default is
+    /// Time of a scan in microseconds, which overrides CYCLE= and the interval of a task. Without any it is
     /// [`IL_CYCLE_US`].
     pub cycle_us: Option<u64>,
 }
 
-/// Time of a scan of a program in Instruction List, in microseconds.
+/// Time of a scan of a program that gives none, in microseconds.
 pub const IL_CYCLE_US: u64 = 10_000;
 
-/// Whether the name of a file ends as that of a program: `.ld` or `.il`.
+/// Whether the name of a file ends as that of a program: `.ld`, `.il` or `.xml`.
 #[must_use]
 pub fn is_program_name(file: &str) -> bool {
-    let extension = file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
-    extension.is_some_and(|found| Notation::ALL.iter().any(|(_, name)| *name == found))
+    Notation::of_file(file).is_some()
 }
 
 /// What a file is.
@@ -72,9 +86,13 @@ pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<Pa
             Ok(parsed)
         }
         FoundNotation::Read(Notation::InstructionList) => {
-            let (program, warnings) = read_instruction_list(file, &decoded, options.cycle_us.unwrap_or(IL_CYCLE_US))?;
-            let encoding: TextEncoding = text::encoding(&plain);
-            Ok(ParsedProgram { program, warnings, encoding })
+            let read = il::read(file, &decoded)?;
+            resolve(&read.program, read.warnings, options.cycle_us.unwrap_or(IL_CYCLE_US), text::encoding(&plain))
+        }
+        FoundNotation::Read(Notation::PlcOpen) => {
+            let read = plcopen::read(file, &decoded)?;
+            let cycle_us = options.cycle_us.or(read.cycle_us).unwrap_or(IL_CYCLE_US);
+            resolve(&read.program, Vec::new(), cycle_us, text::encoding(&plain))
         }
         FoundNotation::Refused(name, hint) => {
             let cause = format!("this is {name}, which is not read");
@@ -83,17 +101,17 @@ pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<Pa
     }
 }
 
-/// Reads a program in Instruction List as a ladder program, with its warnings and notes.
-fn read_instruction_list(
-    file: &str,
-    text: &str,
+/// Makes a ladder program of instructions; `noticed` are the warnings of their reader.
+fn resolve(
+    program: &IlProgram,
+    noticed: Vec<Diagnostic>,
     cycle_us: u64,
-) -> Result<(LadderProgram, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let read = il::read(file, text)?;
-    let mut resolved = il::to_ladder(&read.program, il::il_settings(cycle_us))?;
-    resolved.warnings.extend(read.warnings);
-    resolved.warnings.sort_by_key(|diagnostic| diagnostic.pos);
-    Ok((resolved.program, resolved.warnings))
+    encoding: TextEncoding,
+) -> Result<ParsedProgram, Vec<Diagnostic>> {
+    let il::ResolvedIlProgram { program, mut warnings } = il::to_ladder(program, il::il_settings(cycle_us))?;
+    warnings.extend(noticed);
+    warnings.sort_by_key(|diagnostic| diagnostic.pos);
+    Ok(ParsedProgram { program, warnings, encoding })
 }
 
 const WRITE_IL: &str = "write the program in Instruction List (docs/languages/il.md) or draw it in LDmicro";
@@ -105,14 +123,13 @@ fn find_notation(file: &str, text: &str) -> FoundNotation {
     let start = text.trim_start_matches('\u{feff}').trim_start();
     if start.starts_with('<') {
         let head: String = start.chars().take(4_000).collect();
-        let name = if head.contains("RSLogix5000Content") {
-            "an export of RSLogix 5000 (L5X)"
+        return if head.contains("RSLogix5000Content") {
+            FoundNotation::Refused("an export of RSLogix 5000 (L5X)", WRITE_IL)
         } else if head.to_ascii_lowercase().contains("plcopen") {
-            "PLCopen XML"
+            FoundNotation::Read(Notation::PlcOpen)
         } else {
-            "XML"
+            FoundNotation::Refused("XML", WRITE_IL)
         };
-        return FoundNotation::Refused(name, WRITE_IL);
     }
     if start.starts_with('{') && !il::is_pragma(start) {
         return FoundNotation::Refused("ladder as JSON", WRITE_IL);

@@ -198,6 +198,16 @@ pub fn package_pin_name(micro: &str, pin: u32) -> Option<&'static str> {
     pins.get(usize::try_from(pin.checked_sub(1)?).ok()?).copied()
 }
 
+/// Returns the pin, from 1, of a port bit such as `PD2` or `RB0` in the package named in LDmicro's name of a
+/// chip.
+///
+/// Returns `None` if the chip or its package is unknown, or if the package has no such pin.
+#[must_use]
+pub fn pin_of_port_bit(micro: &str, name: &str) -> Option<u32> {
+    let pins = find_package(micro).filter(|_| is_port_bit(name))?.pins;
+    (1u32..).zip(pins).find_map(|(number, at)| (*at == name).then_some(number))
+}
+
 /// Returns the number of pins of the package named in LDmicro's name of a chip, or `None` if
 /// [`package_pin_name`] does not know it.
 #[must_use]

@@ -95,6 +95,7 @@ fn parse_text(
         return Ok(parsed);
     }
     let mut reader = LdReader::new(file);
+    let text = cut_at_end_mark(&mut reader, text);
     if marked {
         let (cause, hint) =
             ("the file begins with a byte order mark", "save it without the mark, which LDmicro does not read");
@@ -111,6 +112,14 @@ fn parse_text(
         }
         _ => Err(diagnostics),
     }
+}
+
+/// The text before a ^Z, which ends a text file for LDmicro.
+fn cut_at_end_mark<'t>(reader: &mut LdReader<'_>, text: &'t str) -> &'t str {
+    let Some((kept, _)) = text.split_once('\x1A') else { return text };
+    let cause = "the file ends at this ^Z, as LDmicro reads it";
+    reader.report(Severity::Note, codes::BINARY, end_position(kept), cause, "remove ^Z and what follows it");
+    kept
 }
 
 /// A program under the header of release 2.3 that only LDmicro 5 can have written. `None` for all other
@@ -182,7 +191,7 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
         list_lines::note_refused_var_lines(reader, text);
     }
     let (rungs, rung_numbers) = read_rungs(reader, &mut lines);
-    let style = SourceStyle { header, rung_numbers };
+    let style = SourceStyle { header, rung_numbers, crlf: text.contains("\r\n") };
     Some(parts.into_program(reader.file, format, reader.dialect, style, rungs))
 }
 
@@ -360,7 +369,10 @@ fn check_nesting(reader: &mut LdReader<'_>, open: &[OpenGroup], kind: GroupKind,
     }
     if kind == GroupKind::Series && parent != GroupKind::Parallel {
         let cause = format!("SERIES is in {}, it may only be in PARALLEL", parent.name());
-        reader.error(codes::NESTING, pos, cause, "remove SERIES and its END: the elements are in series already");
+        let is_accepted = reader.dialect == LadderDialect::Ldmicro5;
+        let severity = if is_accepted { Severity::Note } else { Severity::Error };
+        let hint = "remove SERIES and its END: the elements are in series already";
+        reader.report(severity, codes::NESTING, pos, cause, hint);
     }
     if kind == GroupKind::Parallel && parent == GroupKind::Parallel {
         let cause = "PARALLEL is directly in PARALLEL";
@@ -392,9 +404,9 @@ fn close_group(reader: &mut LdReader<'_>, group: OpenGroup, open: &mut [OpenGrou
             parent.has_refused_part = true
         }
         (GroupKind::Parallel, Some(parent)) => add_node(parent, RungNode::Parallel(branches, pos)),
-        // SERIES outside of PARALLEL was reported above, so its elements are dropped.
         (GroupKind::Series, Some(parent)) if parent.kind == GroupKind::Parallel => parent.branches.push(nodes),
-        (_, Some(parent)) => parent.has_refused_part = true,
+        // SERIES outside of PARALLEL was reported above; its elements are in series with those around it.
+        (GroupKind::Series, Some(parent)) => parent.nodes.extend(nodes),
         (_, None) => {}
     }
 }

@@ -24,7 +24,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: ProgramEle
         Element::LookUpTable { dest, index: LadderOperand::Var(index), .. } if dest == index => {
             check_alias(checker, at, dest)
         }
-        Element::PiecewiseLinear { dest, index, points } => {
+        Element::PiecewiseLinear { dest, index, points, .. } => {
             if *index == LadderOperand::Var(dest.clone()) {
                 check_alias(checker, at, dest);
             }

@@ -223,6 +223,19 @@ impl<'a> LdReader<'a> {
         u32::try_from(value).ok()
     }
 
+    /// Reads a flag, 0 or 1; LDmicro 5 takes any other number for 1.
+    pub(crate) fn read_flag(&mut self, token: LdToken<'_>, what: &str) -> Option<u32> {
+        let number = lexer::split_decimal(token.text).filter(|(_, rest)| rest.is_empty());
+        match number {
+            Some((value, _)) if self.dialect == LadderDialect::Ldmicro5 && !(0..=1).contains(&value) => {
+                let cause = format!("{what} is {}, which is 1", message_text(token.text));
+                self.report(Severity::Note, codes::OUT_OF_RANGE, token.pos, cause, "write 1");
+                Some(1)
+            }
+            _ => self.read_u32(token, what, 0, 1),
+        }
+    }
+
     /// Returns all diagnostics sorted by position, with at most [`MAX_ERRORS`] errors.
     pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
         for (name, pos, keyword) in std::mem::take(&mut self.misused_names) {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use diag::text::{TextEncoding, to_code_page};
 
 use crate::bus_elements;
+use crate::comment_text;
 use crate::model::{
     CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
     ProgramSettings, PwmChoice, RungNode, SegmentDisplay, SerialTransfer, ShiftOp, TimerKind, UnaryOp,
@@ -49,18 +50,21 @@ pub fn write(program: &LadderProgram) -> String {
             true => _ = writeln!(out, "RUNG {number}"),
             false => out.push_str("RUNG\n"),
         }
-        write_series(&mut out, &rung.series, 1);
+        write_series(&mut out, program, &rung.series, 1);
         out.push_str("END\n");
     }
     out
 }
 
-/// Writes a program as [`write()`] does, in the encoding in which it was read.
+/// Writes a program as [`write()`] does, in the encoding and with the line ends with which it was read.
 ///
 /// The result is UTF-8 if the program now contains characters that the code page lacks.
 #[must_use]
 pub fn write_bytes(program: &LadderProgram, encoding: TextEncoding) -> Vec<u8> {
-    let text = write(program);
+    let text = match program.style.crlf {
+        true => write(program).replace('\n', "\r\n"),
+        false => write(program),
+    };
     match encoding {
         TextEncoding::Bytes => to_code_page(&text).unwrap_or_else(|| text.into_bytes()),
         TextEncoding::Utf8 => text.into_bytes(),
@@ -106,10 +110,14 @@ fn write_list<'a>(out: &mut String, name: &str, lines: impl Iterator<Item = &'a 
     out.push_str("END\n");
 }
 
-fn write_series(out: &mut String, nodes: &[RungNode], depth: usize) {
+fn write_series(out: &mut String, program: &LadderProgram, nodes: &[RungNode], depth: usize) {
     let indent = "    ".repeat(depth);
     for node in nodes {
         match node {
+            RungNode::Leaf(Element::Comment(text), _) => {
+                let line = format!("{indent}COMMENT {}", comment_text::escape(text, program));
+                let _ = writeln!(out, "{}", line.trim_end());
+            }
             RungNode::Leaf(element, _) => {
                 let _ = writeln!(out, "{indent}{}", element_text(element));
             }
@@ -117,10 +125,10 @@ fn write_series(out: &mut String, nodes: &[RungNode], depth: usize) {
                 let _ = writeln!(out, "{indent}PARALLEL");
                 for branch in branches {
                     if let [RungNode::Leaf(..)] = branch.as_slice() {
-                        write_series(out, branch, depth + 1);
+                        write_series(out, program, branch, depth + 1);
                     } else {
                         let _ = writeln!(out, "{indent}    SERIES");
-                        write_series(out, branch, depth + 2);
+                        write_series(out, program, branch, depth + 2);
                         let _ = writeln!(out, "{indent}    END");
                     }
                 }
@@ -134,7 +142,7 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
     match element {
         Element::Comment(text) if text.is_empty() => write!(out, "COMMENT"),
         Element::Comment(text) => {
-            write!(out, "COMMENT {}", text.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r"))
+            write!(out, "COMMENT {}", comment_text::escape_in_dialect(text, LadderDialect::Ldmicro5))
         }
         Element::Contacts { name, negated, set1 } => {
             write!(out, "CONTACTS {name} {}", u8::from(*negated))?;
@@ -200,14 +208,16 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
             write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2))
         }
         Element::ShiftRegister { name, stages } => write!(out, "SHIFT_REGISTER {name} {stages}"),
-        Element::LookUpTable { dest, index, as_string, values } => {
+        Element::LookUpTable { dest, index, as_string, values, name } => {
             let flag = u8::from(*as_string);
             write!(out, "LOOK_UP_TABLE {dest} {} {} {flag}", operand_text(index), values.len())?;
-            values.iter().try_for_each(|v| write!(out, " {v}"))
+            values.iter().try_for_each(|v| write!(out, " {v}"))?;
+            name.iter().try_for_each(|name| write!(out, " {name}"))
         }
-        Element::PiecewiseLinear { dest, index, points } => {
+        Element::PiecewiseLinear { dest, index, points, name } => {
             write!(out, "PIECEWISE_LINEAR {dest} {} {}", operand_text(index), points.len())?;
-            points.iter().try_for_each(|point| write!(out, " {} {}", point.x, point.y))
+            points.iter().try_for_each(|point| write!(out, " {} {}", point.x, point.y))?;
+            name.iter().try_for_each(|name| write!(out, " {name}"))
         }
         Element::ReadAdc { name, refs } => {
             write!(out, "READ_ADC {name}")?;

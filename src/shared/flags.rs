@@ -72,9 +72,12 @@ impl ReadFlags {
 }
 
 /// Parses the name of a notation.
-fn parse_notation(name: &str) -> Result<Notation, String> {
+pub fn parse_notation(name: &str) -> Result<Notation, String> {
     let found = Notation::ALL.iter().find(|(_, known)| *known == name);
-    found.map(|(notation, _)| *notation).ok_or_else(|| "notations are ld and il".to_owned())
+    found.map(|(notation, _)| *notation).ok_or_else(|| {
+        let names: Vec<&str> = Notation::ALL.iter().map(|(_, known)| *known).collect();
+        format!("notations are {}", names.join(", "))
+    })
 }
 
 /// Parses a time in milliseconds, with up to three decimals.

@@ -112,7 +112,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
                 ("is asked below its first value", i64::MIN, -1), ("is asked above its last value", last + 1, i64::MAX)];
             (CoverageClass::Tables, index_outcomes(eval, symbol, dest, index, &parts))
         }
-        Element::PiecewiseLinear { dest, index, points } => {
+        Element::PiecewiseLinear { dest, index, points, .. } => {
             let first = points.first().map_or(0, |p| p.x);
             let last = points.last().map_or(0, |p| p.x);
             let inner = points.get(1).map_or(0, |p| p.x);

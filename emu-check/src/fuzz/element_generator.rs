@@ -369,7 +369,7 @@ fn random_table(generator: &mut ProgramGenerator) -> Element {
     let (dest, index) = (random_integer(generator), random_operand(generator));
     let count = if generator.rng.one_in(10) { 1 + generator.rng.below(40) } else { 1 + generator.rng.below(8) };
     let values = (0..count).map(|_| random_constant(generator)).collect();
-    Element::LookUpTable { dest, index, as_string: false, values }
+    Element::LookUpTable { dest, index, as_string: false, values, name: None }
 }
 
 /// A PIECEWISE_LINEAR whose slopes can be computed in 16 bits.
@@ -392,7 +392,7 @@ fn random_curve(generator: &mut ProgramGenerator) -> Element {
     if points.len() < 2 {
         points.push(CurvePoint { x: at.x + 1, y: at.y });
     }
-    Element::PiecewiseLinear { dest, index, points }
+    Element::PiecewiseLinear { dest, index, points, name: None }
 }
 
 /// The name of an integer that can be read and written.

@@ -143,14 +143,15 @@ fn simpler_elements(element: &Element) -> Vec<Element> {
         Element::Contacts { name, negated: true, set1 } => {
             out.push(Element::Contacts { name: name.clone(), negated: false, set1: *set1 });
         }
-        Element::LookUpTable { dest, index, as_string, values } if values.len() > 1 => {
+        Element::LookUpTable { dest, index, as_string, values, name } if values.len() > 1 => {
             let values = values[..values.len() / 2].to_vec();
-            out.push(Element::LookUpTable { dest: dest.clone(), index: index.clone(), as_string: *as_string, values });
+            let (dest, index, name) = (dest.clone(), index.clone(), name.clone());
+            out.push(Element::LookUpTable { dest, index, as_string: *as_string, values, name });
         }
-        Element::PiecewiseLinear { dest, index, points } if points.len() > 2 => {
+        Element::PiecewiseLinear { dest, index, points, name } if points.len() > 2 => {
             for points in [&points[1..], &points[..points.len() - 1]] {
                 let (dest, index, points) = (dest.clone(), index.clone(), points.to_vec());
-                out.push(Element::PiecewiseLinear { dest, index, points });
+                out.push(Element::PiecewiseLinear { dest, index, points, name: name.clone() });
             }
         }
         Element::ShiftRegister { name, stages: 2.. } => {

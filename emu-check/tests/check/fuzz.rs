@@ -175,17 +175,23 @@ fn records_that_do_not_belong_together() {
 /// A generated program is valid, and parsing its text gives the same program.
 #[test]
 fn programs_are_valid_and_written_as_they_are() {
-    let mut profiles = BTreeMap::new();
+    let (mut profiles, mut dialects) = (BTreeMap::new(), BTreeMap::new());
     for number in 0..600 {
         let (drawn, profile) = generate_program(5, number);
         let text = ladder::write(&drawn);
         let parsed = ladder::parse_with("fuzz.ld", &text, ladder::ParseOptions { dialect: Some(drawn.dialect) })
             .unwrap_or_else(|faults| panic!("{number}: {faults:?}\n{text}"));
         assert_eq!(ladder::write(&parsed.program), text, "{number}");
+        let elements = |program: &ladder::LadderProgram| -> Vec<_> {
+            program.elements().map(|at| (at.id, at.element.clone())).collect()
+        };
+        assert_eq!(elements(&parsed.program), elements(&drawn), "{number}");
+        *dialects.entry(drawn.dialect.to_string()).or_insert(0) += 1;
         let wrong: Vec<_> = ladder::check(&parsed.program).into_iter().filter(|reported| reported.is_error()).collect();
         assert!(wrong.is_empty(), "{number}: {wrong:?}\n{text}");
         *profiles.entry(profile).or_insert(0) += 1;
     }
+    assert!(dialects.len() == 2 && dialects.values().all(|count| *count >= 100), "{dialects:?}");
     // At least a part of the programs suits all families.
     assert!(profiles[&ProgramProfile::Bits] >= 60 && profiles.len() == 6, "{profiles:?}");
     assert!(FAMILIES.iter().all(|mcu| ProgramProfile::Bits.is_supported_by(find_target(mcu).expect("a chip"))));

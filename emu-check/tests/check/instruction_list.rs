@@ -8,7 +8,7 @@ use ladder::il::{il_settings, read, to_ladder};
 mod il_programs;
 
 /// Each title with its program, from the tables of traces.
-fn programs() -> Vec<(String, LadderProgram)> {
+pub fn programs() -> Vec<(String, LadderProgram)> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../ladder-eval/tests/eval/il");
     let mut programs = Vec::new();
     for name in ["operators.txt", "numbers.txt", "blocks.txt", "programs.txt", "standard.txt"] {

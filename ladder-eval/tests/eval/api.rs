@@ -119,6 +119,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         dest: name(),
         index: var("m"),
         points: points.iter().map(|&(x, y)| ladder::CurvePoint { x, y }).collect(),
+        name: None,
     };
     let pwm = |hertz, resolution: Option<&str>| {
         let output = resolution.map(|r| PwmChoice { name: "Pout".to_owned(), resolution: r.to_owned() });
@@ -137,8 +138,8 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         // Element, and part of the reason; an empty reason means that the element is supported.
         (Element::Placeholder,                                                      "not complete"),
         (Element::ShiftRegister { name: name(), stages: 3 },                        ""),
-        (Element::LookUpTable { dest: name(), index: constant(0), as_string: false, values: vec![32_768] }, "a value of the table is 32768"),
-        (Element::LookUpTable { dest: name(), index: constant(0), as_string: false, values: vec![] }, ""),
+        (Element::LookUpTable { dest: name(), index: constant(0), as_string: false, values: vec![32_768], name: None }, "a value of the table is 32768"),
+        (Element::LookUpTable { dest: name(), index: constant(0), as_string: false, values: vec![], name: None }, ""),
         (curve(&[]),                                                                "0 point(s)"),
         (curve(&[(0, 0)]),                                                          "1 point(s)"),
         (curve(&[(0, 0), (0, 1)]),                                                  "x must rise"),

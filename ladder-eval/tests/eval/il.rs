@@ -1,20 +1,37 @@
-//! Compares the evaluator with the hand-worked traces of programs in Instruction List in `il/*.txt`.
+//! Compares the evaluator with the hand-worked traces of programs in Instruction List and in notations that
+//! draw networks, in `il/*.txt`.
 //!
 //! A case is `== title` (with `@ 20` for a cycle of 20 ms), the program, and `-- inputs >> results`. Each row
 //! after it is a scan: values that are set before it, `>>`, values after it. `.` keeps an input, or is any
 //! result. `x5` before a row repeats its scan, and the results are those of the last one. The numbers in
 //! brackets are the rules of `docs/semantics.md`, section 6.
 
+use ladder::ReadOptions;
 use ladder_eval::Evaluator;
+
+#[path = "../../../tests/ladder/plcopen_text.rs"]
+mod plcopen_text;
 
 struct Case {
     title: String,
+    /// Name of the file for the reader, which decides by its content.
+    file: &'static str,
     cycle_ms: u64,
     program: String,
     inputs: Vec<String>,
     results: Vec<String>,
     rows: Vec<String>,
 }
+
+/// Tables of traces, and the names of files for their notations.
+const TABLES: [(&str, &str); 6] = [
+    ("operators.txt", "t.il"),
+    ("numbers.txt", "t.il"),
+    ("blocks.txt", "t.il"),
+    ("programs.txt", "t.il"),
+    ("standard.txt", "t.il"),
+    ("plcopen.txt", "t.xml"),
+];
 
 fn words(text: &str) -> Vec<String> {
     text.split_whitespace().map(str::to_owned).collect()
@@ -23,14 +40,14 @@ fn words(text: &str) -> Vec<String> {
 fn cases() -> Vec<Case> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eval/il");
     let mut cases: Vec<Case> = Vec::new();
-    for name in ["operators.txt", "numbers.txt", "blocks.txt", "programs.txt", "standard.txt"] {
+    for (name, file) in TABLES {
         let text = std::fs::read_to_string(folder.join(name)).expect("the traces exist");
         for line in text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty()) {
             if let Some(title) = line.strip_prefix("== ") {
                 let (title, cycle) = title.split_once(" @ ").unwrap_or((title, "10"));
                 let (title, cycle_ms) = (format!("{name}: {title}"), cycle.parse().expect("a cycle"));
                 let (program, inputs, results, rows) = Default::default();
-                cases.push(Case { title, cycle_ms, program, inputs, results, rows });
+                cases.push(Case { title, file, cycle_ms, program, inputs, results, rows });
                 continue;
             }
             let case = cases.last_mut().expect("a title");
@@ -49,9 +66,13 @@ fn cases() -> Vec<Case> {
 }
 
 fn evaluator(case: &Case) -> Evaluator {
-    let read = ladder::il::read("t.il", &case.program).unwrap_or_else(|faults| panic!("{}: {faults:?}", case.title));
-    let resolved = ladder::il::to_ladder(&read.program, ladder::il::il_settings(1_000 * case.cycle_ms));
-    let program = resolved.unwrap_or_else(|faults| panic!("{}: {faults:?}", case.title)).program;
+    let options = ReadOptions { cycle_us: Some(1_000 * case.cycle_ms), ..ReadOptions::default() };
+    let text = match case.file {
+        "t.xml" => plcopen_text::project(&case.program),
+        _ => case.program.clone(),
+    };
+    let read = ladder::read_program(case.file, text.as_bytes(), options);
+    let program = read.unwrap_or_else(|faults| panic!("{}: {faults:#?}\n{text}", case.title)).program;
     Evaluator::new(&program).unwrap_or_else(|refusal| panic!("{}: {refusal}", case.title))
 }
 
@@ -110,7 +131,7 @@ fn every_rule_of_the_semantics_has_a_trace() {
 fn the_rung_bit_is_whether_the_current_result_is_not_zero() {
     let program = "VAR n : INT := 3; m : INT; END_VAR\nLD n\nSUB 3\nST m\nGE 0\nRETC\nLD n\n".to_owned();
     let (title, inputs, results, rows) = ("watch".to_owned(), Vec::new(), Vec::new(), Vec::new());
-    let mut eval = evaluator(&Case { title, cycle_ms: 10, program, inputs, results, rows });
+    let mut eval = evaluator(&Case { title, file: "t.il", cycle_ms: 10, program, inputs, results, rows });
     for _ in 0..2 {
         let mut seen = Vec::new();
         eval.scan_watched(&mut |id, before, after| seen.push((id.rung, id.index, before, after)));
@@ -136,7 +157,7 @@ fn run_diagram(diagram: &str) -> Vec<String> {
     });
     let program = format!("VAR x : {block}; END_VAR\nCAL x({preset})\n").replace("()", "");
     let (title, inputs, results, cases) = (block.to_owned(), Vec::new(), Vec::new(), Vec::new());
-    let mut eval = evaluator(&Case { title, cycle_ms: 10, program, inputs, results, rows: cases });
+    let mut eval = evaluator(&Case { title, file: "t.il", cycle_ms: 10, program, inputs, results, rows: cases });
     let mut found: Vec<String> = vec![String::new(); rows.len()];
     for scan in 0..rows.iter().map(|(_, wave)| wave.len()).max().unwrap_or(0) {
         for (part, wave) in rows.iter().filter(|(part, _)| is_input(part)) {

@@ -4,6 +4,7 @@ mod api;
 mod common;
 mod corpus;
 mod devices;
+mod diagrams;
 mod il;
 mod il_random;
 mod naive;

@@ -199,7 +199,7 @@ fn device() -> impl Strategy<Value = Element> {
     let shift = (1..5u32).prop_map(|stages| Element::ShiftRegister { name: "s".to_owned(), stages });
     let index = prop_oneof![operand(), (0..5i64).prop_map(constant)];
     let look_up = (integer(), index, prop::collection::vec(select(VALUES), 0..5))
-        .prop_map(|(dest, index, values)| Element::LookUpTable { dest, index, as_string: false, values });
+        .prop_map(|(dest, index, values)| Element::LookUpTable { dest, index, as_string: false, values, name: None });
     // Segments whose product fits 16 bits wherever they start.
     let segment = prop_oneof![(1..180i64, -180..180i64), (1..3i64, -10_000..10_000i64), (1..20_000i64, -1..2i64)];
     let start = (select(VALUES), select(VALUES));
@@ -217,7 +217,7 @@ fn device() -> impl Strategy<Value = Element> {
                 points = vec![(-3, 7), (3, -8)];
             }
             let points = points.into_iter().map(|(x, y)| ladder::CurvePoint { x, y }).collect();
-            Element::PiecewiseLinear { dest, index, points }
+            Element::PiecewiseLinear { dest, index, points, name: None }
         });
     let text = prop_oneof![
         select(TEXTS).prop_map(|text| (None, text)),

@@ -19,7 +19,7 @@ impl IlEmitter<'_> {
             if let Some(label) = self.rung_labels.get(&index).cloned() {
                 self.label(label);
             }
-            let is_empty = rung.series.iter().all(|node| matches!(node, RungNode::Leaf(Element::Comment(_), _)));
+            let is_empty = rung.series.iter().all(|node| is_silent(node) || is_nothing(node));
             self.bit = RungBit::One;
             if let Some(master) = self.master.clone().filter(|_| !is_empty) {
                 self.load_bit(&master);
@@ -30,10 +30,13 @@ impl IlEmitter<'_> {
 
     /// Emits a series; `is_needed` says whether the rung bit behind it is needed.
     fn series(&mut self, series: &[RungNode], is_needed: bool) {
-        for (index, node) in series.iter().enumerate() {
-            let rest = series.get(index + 1..).unwrap_or_default();
-            let is_needed =
-                is_needed || rest.iter().any(|node| !matches!(node, RungNode::Leaf(Element::Comment(_), _)));
+        let effects = match is_needed {
+            true => series.len(),
+            false => series.iter().rposition(|node| !is_silent(node) && !is_nothing(node)).map_or(0, |last| last + 1),
+        };
+        for (index, node) in series.iter().take(effects).enumerate() {
+            let rest = series.get(index + 1..effects).unwrap_or_default();
+            let is_needed = is_needed || !rest.iter().all(is_nothing);
             match node {
                 RungNode::Leaf(element, pos) => {
                     self.pos = *pos;
@@ -45,6 +48,28 @@ impl IlEmitter<'_> {
                 }
             }
         }
+        let rest = series.get(effects..).unwrap_or_default();
+        if let Some(node) = rest.iter().find(|node| !is_nothing(node)) {
+            self.without_effect(node);
+        }
+        for node in rest {
+            if let RungNode::Leaf(element, pos) = node
+                && is_nothing(node)
+            {
+                self.pos = *pos;
+                self.element(element, false);
+            }
+        }
+    }
+
+    /// Notes that nothing is behind a condition.
+    fn without_effect(&mut self, node: &RungNode) {
+        let (text, pos) = match node {
+            RungNode::Leaf(element, pos) => (crate::element_text(element), *pos),
+            RungNode::Parallel(_, pos) => ("PARALLEL".to_owned(), *pos),
+        };
+        let cause = format!("nothing is behind `{text}`, so it has no effect and is left out");
+        self.note(codes::NO_EFFECT, pos, cause, "add a coil behind it");
     }
 
     fn group(&mut self, branches: &[Vec<RungNode>], is_needed: bool) {
@@ -67,6 +92,10 @@ impl IlEmitter<'_> {
         };
         let mut sum: Option<String> = None;
         for (index, branch) in branches.iter().enumerate() {
+            if !is_needed && branch.iter().all(|node| is_silent(node) || is_nothing(node)) {
+                self.series(branch, false);
+                continue;
+            }
             match &before {
                 Some(before) if index > 0 => self.load_bit(before),
                 Some(_) => {}
@@ -77,17 +106,16 @@ impl IlEmitter<'_> {
                 continue;
             }
             self.ensure_loaded();
-            if let Some(sum) = &sum {
-                self.combine(IlBinaryOperator::Or, false, sum);
+            match &sum {
+                Some(sum) => {
+                    let target = self.variable(sum, None);
+                    self.emit(IlOperation::Set(target));
+                }
+                None => sum = Some(self.save()),
             }
-            if index + 1 < branches.len() {
-                let target = match sum.take() {
-                    Some(sum) => sum,
-                    None => self.scratch(),
-                };
-                self.store(&target);
-                sum = Some(target);
-            }
+        }
+        if let Some(sum) = sum {
+            self.load_bit(&sum);
         }
     }
 
@@ -253,10 +281,10 @@ impl IlEmitter<'_> {
 
     /// OSF: unlike F_TRIG it does not pulse in the first scan.
     fn falling_edge(&mut self, is_needed: bool) {
-        let last = self.add_variable("Last", IecType::Bool);
         if !is_needed {
             return;
         }
+        let last = self.add_variable("Last", IecType::Bool);
         let now = self.save();
         let pulse = self.scratch();
         self.load_not(&now);
@@ -269,11 +297,11 @@ impl IlEmitter<'_> {
 
     /// ODF: 0 until the rung bit was 1 once, and in the first scan after a 1.
     fn off_delay_edge(&mut self, is_needed: bool) {
-        let last = self.add_variable("Last", IecType::Bool);
-        let once = self.add_variable("Once", IecType::Bool);
         if !is_needed {
             return;
         }
+        let last = self.add_variable("Last", IecType::Bool);
+        let once = self.add_variable("Once", IecType::Bool);
         let now = self.save();
         let out = self.scratch();
         self.load_bit(&once);
@@ -312,6 +340,37 @@ fn is_coil(node: &RungNode) -> bool {
         RungNode::Leaf(Element::Coil { ttrigger, .. }, _) => ttrigger.is_none_or(|flag| flag == 0),
         RungNode::Leaf(Element::Short | Element::Comment(_), _) => true,
         RungNode::Leaf(..) | RungNode::Parallel(..) => false,
+    }
+}
+
+/// Whether nothing is emitted for the node, or only a comment.
+fn is_nothing(node: &RungNode) -> bool {
+    match node {
+        RungNode::Leaf(element, _) => matches!(
+            element,
+            Element::Comment(_)
+                | Element::Short
+                | Element::Delay { .. }
+                | Element::Sleep
+                | Element::ClearWatchdog
+                | Element::Text { .. }
+                | Element::Flow { op: FlowOp::Label, .. }
+        ),
+        RungNode::Parallel(branches, _) => branches.iter().flatten().all(is_nothing),
+    }
+}
+
+/// Whether the node has no effect if nothing is behind it: a condition or an edge.
+fn is_silent(node: &RungNode) -> bool {
+    match node {
+        RungNode::Leaf(element, _) => {
+            let is_edge = matches!(
+                element,
+                Element::Osr | Element::Osf | Element::Odr | Element::Odf | Element::Osl | Element::Osc
+            );
+            is_edge || is_condition(node, 0)
+        }
+        RungNode::Parallel(branches, _) => branches.iter().flatten().all(is_silent),
     }
 }
 

@@ -21,7 +21,7 @@ impl IlEmitter<'_> {
             Element::Math { op, dest, op1, op2 } => self.math(*op, dest, op1, op2),
             Element::Unary { op, dest, src } => self.unary(*op, dest, src, element),
             Element::BitWrite { name, bit, value } => self.bit_write(name, bit, *value),
-            Element::LookUpTable { dest, index, values, as_string: _ } => self.table(dest, index, values),
+            Element::LookUpTable { dest, index, values, as_string: _, name: _ } => self.table(dest, index, values),
             Element::TimeValue { is_scans, dest, time } => {
                 let LadderOperand::Const { value, .. } = time else { return };
                 let settings = &self.source.settings;

@@ -18,6 +18,9 @@ mod emitter;
 mod facts;
 mod flow;
 mod integers;
+mod ldmicro;
+mod ldmicro_blocks;
+mod ldmicro_networks;
 mod names;
 mod timers;
 
@@ -29,6 +32,7 @@ use crate::model::{LadderDialect, LadderProgram};
 pub use codes::CONVERT_CODES;
 use emitter::IlEmitter;
 use facts::SourceFacts;
+pub use ldmicro::{ConvertedLadder, to_ldmicro};
 use names::NameTable;
 
 /// A program of LDmicro as Instruction List.

@@ -23,6 +23,7 @@ mod codes;
 mod declarations;
 mod facts;
 mod flow;
+mod fragments;
 mod functions;
 mod implied;
 mod instructions;
@@ -47,6 +48,10 @@ pub use check::{check, result_types};
 pub use codes::IL_CODES;
 pub(crate) use facts::instruction_facts;
 pub use flow::ResultType;
+pub(crate) use fragments::{
+    address_of_text, declared_type, function_type, instructions_of_text, is_plain_name, is_standard_function,
+    link_faults, literal_of_text, operand_of_text,
+};
 pub use functions::standard_functions;
 pub(crate) use lexer::is_pragma;
 pub use listing::program_text;

@@ -436,6 +436,11 @@ impl IlOperation {
     }
 
     fn clear_positions(&mut self) {
+        self.for_each_position(&mut |pos| *pos = Pos::default());
+    }
+
+    /// Calls `each` for the position of every name and operand.
+    pub(crate) fn for_each_position(&mut self, each: &mut dyn FnMut(&mut Pos)) {
         match self {
             IlOperation::Load { operand, .. }
             | IlOperation::Store { target: operand, .. }
@@ -444,18 +449,18 @@ impl IlOperation {
             | IlOperation::Binary {
                 operand: IlBinaryOperand::Value(operand) | IlBinaryOperand::Deferred(Some(operand)),
                 ..
-            } => operand.pos = Pos::default(),
+            } => each(&mut operand.pos),
             IlOperation::Jump { label: name, .. } | IlOperation::BlockInput { instance: name, .. } => {
-                name.pos = Pos::default();
+                each(&mut name.pos);
             }
             IlOperation::ShortBlock { instance, preset, .. } => {
-                instance.pos = Pos::default();
-                preset.pos = Pos::default();
+                each(&mut instance.pos);
+                each(&mut preset.pos);
             }
             IlOperation::Call { instance: name, parameters, .. }
             | IlOperation::Function { name, arguments: parameters, .. } => {
-                name.pos = Pos::default();
-                parameters.iter_mut().for_each(IlParameter::clear_positions);
+                each(&mut name.pos);
+                parameters.iter_mut().for_each(|parameter| parameter.for_each_position(each));
             }
             IlOperation::NoTarget { .. }
             | IlOperation::Not
@@ -467,12 +472,12 @@ impl IlOperation {
 }
 
 impl IlParameter {
-    fn clear_positions(&mut self) {
+    fn for_each_position(&mut self, each: &mut dyn FnMut(&mut Pos)) {
         match self {
-            IlParameter::Positional(operand) => operand.pos = Pos::default(),
+            IlParameter::Positional(operand) => each(&mut operand.pos),
             IlParameter::Input { name, value: operand } | IlParameter::Output { name, target: operand, .. } => {
-                name.pos = Pos::default();
-                operand.pos = Pos::default();
+                each(&mut name.pos);
+                each(&mut operand.pos);
             }
         }
     }

@@ -57,16 +57,7 @@ pub fn read(file: &str, text: &str) -> Result<ParsedIlProgram, Vec<Diagnostic>> 
         let (cause, hint) = (format!("this is {notation}"), "give a program in Instruction List");
         return Err(vec![Diagnostic::new(Severity::Error, codes::IL_OTHER_NOTATION, file, pos, cause, hint)]);
     }
-    let mut reader = IlReader {
-        file,
-        tokens: tokens(text),
-        at: 0,
-        passed_comments: Vec::new(),
-        diagnostics: Vec::new(),
-        opened: Vec::new(),
-        program: IlProgram { file: file.to_owned(), ..IlProgram::default() },
-        has_ended: false,
-    };
+    let mut reader = IlReader::of_fragment(file, text);
     reader.read_lines();
     reader.finish()
 }
@@ -86,6 +77,30 @@ fn other_notation(text: &str) -> Option<(Pos, &'static str)> {
 }
 
 impl<'a> IlReader<'a> {
+    /// Returns the state before the first token of a program or of a part of one.
+    pub(super) fn of_fragment(file: &'a str, text: &'a str) -> Self {
+        IlReader {
+            file,
+            tokens: tokens(text),
+            at: 0,
+            passed_comments: Vec::new(),
+            diagnostics: Vec::new(),
+            opened: Vec::new(),
+            program: IlProgram { file: file.to_owned(), ..IlProgram::default() },
+            has_ended: false,
+        }
+    }
+
+    /// Returns the first error.
+    pub(super) fn first_fault(&self) -> Option<Diagnostic> {
+        self.diagnostics.iter().find(|fault| fault.is_error()).cloned()
+    }
+
+    /// Returns what was read, and what was noticed.
+    pub(super) fn into_parts(self) -> (IlProgram, Vec<Diagnostic>) {
+        (self.program, self.diagnostics)
+    }
+
     /// Reports an error.
     pub(super) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
         self.diagnostics.push(Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint));
@@ -198,7 +213,8 @@ impl<'a> IlReader<'a> {
         Ok(())
     }
 
-    fn read_lines(&mut self) {
+    /// Reads up to the end of the text.
+    pub(super) fn read_lines(&mut self) {
         while self.diagnostics.len() < MAX_ERRORS {
             let token = self.raw();
             if self.program.instructions.len() > MAX_IL_LINES || self.program.variables.len() > MAX_IL_LINES {

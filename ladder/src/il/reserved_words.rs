@@ -33,10 +33,5 @@ pub(super) fn is_reserved(word: &str) -> bool {
 
 /// Whether a text is a name of Instruction List: letters, digits and `_`, and no keyword.
 pub(crate) fn is_name(text: &str) -> bool {
-    let is_name_char = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    text.len() <= 127
-        && !text.starts_with(|c: char| c.is_ascii_digit())
-        && !text.is_empty()
-        && text.chars().all(is_name_char)
-        && !is_reserved(text)
+    crate::lexer::is_name(text) && !is_reserved(text)
 }

@@ -1,7 +1,7 @@
 //! Tests round trips of the test programs, and of LDmicro's own programs if they are available.
 
 use crate::common;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ladder::{ProgramElement, parse, write};
 
@@ -43,17 +43,53 @@ fn own_programs() {
     }
 }
 
+/// A file is written back with its words, its code page and its line ends.
+#[test]
+fn bytes_come_back() {
+    let mut seen = 0;
+    for path in ["../examples", "../emu-check/tests/programs"].into_iter().flat_map(|folder| ld_files(folder.as_ref()))
+    {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+        round_trip(&name, &text);
+        let latin: Vec<u8> = text
+            .replace("PROGRAM\nRUNG\n", "PROGRAM\nRUNG\n    COMMENT caf\u{e9}\n")
+            .chars()
+            .map(|c| c as u8)
+            .collect();
+        let windows = String::from_utf8_lossy(text.as_bytes()).replace('\n', "\r\n").into_bytes();
+        for bytes in [text.clone().into_bytes(), latin, windows] {
+            let read = |bytes: &[u8]| ladder::parse_bytes(&name, bytes, ladder::ParseOptions::default());
+            let parsed = read(&bytes).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+            let written = ladder::write_bytes(&parsed.program, parsed.encoding);
+            let bare = |bytes: &[u8]| -> Vec<Vec<u8>> {
+                let lines = bytes.split(|c| *c == b'\n').map(|line| line.trim_ascii_start().to_vec());
+                lines.filter(|line| !line.trim_ascii().is_empty() && !line.starts_with(b";")).collect()
+            };
+            assert_eq!(bare(&written), bare(&bytes), "{name}");
+            let again = read(&written).unwrap_or_else(|e| panic!("{name}, written: {e:?}"));
+            assert_eq!(ladder::write_bytes(&again.program, again.encoding), written, "{name}");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 40, "{seen} files");
+}
+
+fn ld_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ld")).collect()
+}
+
 /// The `.ld` files of a corpus folder: the value of the variable `name`, or `default` beside the workspace.
 fn corpus_files(name: &str, default: &str) -> Vec<PathBuf> {
     // A relative folder starts at the workspace root.
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
     let folder = root.join(std::env::var_os(name).filter(|v| !v.is_empty()).unwrap_or_else(|| default.into()));
-    let Ok(entries) = std::fs::read_dir(&folder) else {
+    if !folder.is_dir() {
         println!("skipped: no corpus in {} (set {name})", folder.display());
         return Vec::new();
-    };
-    let files = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ld"));
-    let files: Vec<PathBuf> = files.collect();
+    }
+    let files = ld_files(&folder);
     assert!(!files.is_empty(), "{} holds no .ld file", folder.display());
     println!("{} programs in {}", files.len(), folder.display());
     files

@@ -6,5 +6,6 @@ mod corpus;
 mod docs;
 mod draw;
 mod elements;
+mod notations;
 mod random;
 mod read;

@@ -153,16 +153,25 @@ fn element() -> impl Strategy<Value = Element> {
         boxed(flow_element()),
         boxed((compare, operand(), operand()).prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 })),
         boxed((integer(), 1u32..=256).prop_map(|(name, stages)| Element::ShiftRegister { name, stages })),
+        boxed((integer(), operand(), any::<bool>(), vec(value.clone(), 0..6), option::of(integer())).prop_map(
+            |(dest, index, as_string, values, name)| Element::LookUpTable { dest, index, as_string, values, name },
+        )),
         boxed(
-            (integer(), operand(), any::<bool>(), vec(value.clone(), 0..6))
-                .prop_map(|(dest, index, as_string, values)| Element::LookUpTable { dest, index, as_string, values }),
-        ),
-        boxed(
-            (integer(), operand(), vec((value.clone(), value).prop_map(|(x, y)| ladder::CurvePoint { x, y }), 0..6))
-                .prop_map(|(dest, index, points)| Element::PiecewiseLinear { dest, index, points }),
+            (
+                integer(),
+                operand(),
+                vec((value.clone(), value).prop_map(|(x, y)| ladder::CurvePoint { x, y }), 0..6),
+                option::of(integer()),
+            )
+                .prop_map(|(dest, index, points, name)| Element::PiecewiseLinear {
+                    dest,
+                    index,
+                    points,
+                    name,
+                }),
         ),
         boxed(("A[a-z0-9]{0,5}", option::of(0u32..=255)).prop_map(|(name, refs)| Element::ReadAdc { name, refs })),
-        boxed((operand(), 1i64..=100_000_000, option::of(("[A-Z][a-z]{0,4}", "[0-9]-[0-9]"))).prop_map(
+        boxed((operand(), 1i64..=100_000_000, option::of(("P[a-z]{0,4}", "[0-9]-[0-9]"))).prop_map(
             |(duty, hertz, output)| {
                 let hertz = LadderOperand::Const { value: hertz, text: hertz.to_string() };
                 let output = output.map(|(name, resolution)| PwmChoice { name, resolution });
@@ -275,7 +284,8 @@ fn program() -> impl Strategy<Value = LadderProgram> {
         option::of(0u64..9999),
     );
     let header = option::of(proptest::sample::select(vec!["", "0.3", "5.4"]).prop_map(str::to_owned));
-    let style = (header, any::<bool>()).prop_map(|(header, rung_numbers)| SourceStyle { header, rung_numbers });
+    let style =
+        (header, any::<bool>()).prop_map(|(header, rung_numbers)| SourceStyle { header, rung_numbers, crlf: false });
     let io = vec((0u8..3, option::of((0u32..=255, 0u32..=65535))), 0..5);
     (any::<bool>(), settings, io, option::of(vec(1u8..=4, 0..3)), (style, vec(vec(node(), 1..5), 1..5))).prop_map(
         |(new, (micro, cycle_us, crystal_hz, baud), io, vars, (style, rungs))| {

@@ -174,10 +174,12 @@ fn a_program_may_come_from_any_system() {
         (text.replace('\n', "\r\n"), None),
         (text.replace('\n', "\r"), None),
         (format!("{text}\x1A"), None),
+        (format!("{text}\x1Awhat LDmicro does not see"), Some("LD002")),
     ];
-    let wanted = ladder::parse("t", &text).expect("a program").program;
+    let mut wanted = ladder::parse("t", &text).expect("a program").program;
     for (text, note) in accepted {
         let parsed = ladder::parse_bytes("t", text.as_bytes(), ladder::ParseOptions::default()).expect("a program");
+        wanted.style.crlf = text.contains("\r\n");
         assert_eq!(parsed.program, wanted);
         let code = parsed.warnings.iter().map(|d| d.code).find(|code| *code != ladder::REWRITTEN);
         assert_eq!(code, note, "{text:?}");

@@ -136,7 +136,7 @@ impl TestFinder {
         let file = text_of(path);
         let named = found.program.as_ref().map(|program| path.with_file_name(&program.text));
         let beside = || {
-            let extensions = ladder::Notation::ALL.iter().map(|(_, extension)| *extension).chain(IMAGES);
+            let extensions = ladder::Notation::EXTENSIONS.iter().map(|(_, extension)| *extension).chain(IMAGES);
             extensions.map(|extension| path.with_extension(extension)).find(|path| path.is_file())
         };
         let Some(program) =

@@ -304,7 +304,7 @@ impl NaiveInterpreter {
                 }
                 power
             }
-            Element::PiecewiseLinear { dest, index, points } => {
+            Element::PiecewiseLinear { dest, index, points, .. } => {
                 let x = self.operand_value(index);
                 let after = (1..points.len()).find(|&i| x <= points[i].x).filter(|_| power);
                 if let Some(after) = after {
