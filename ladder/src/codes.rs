@@ -92,7 +92,7 @@ diag::codes! {
         "The file is XML or JSON by its first character, but a tag, an attribute, an entity or a bracket is wrong, or the file ends too early. Files are read up to 4 MiB, 200,000 elements and a depth of 64.";
     PART_NOT_READ "LD044" "a part of this notation is not read"
         "The file is sound, but has something that no program here can have: bodies in Structured Text, FBD or SFC, functions and function blocks by the user, several programs, arrays and structures, instructions of a vendor that the page of the notation does not list. The message names it. docs/languages/ says what is read.";
-    OLD_KEYWORD "LD045" "an older name of an element"
+    OLD_KEYWORD "LD046" "an older name of an element"
         "A note: LDmicro 5 reads UART_SEND_BUSY and UART_UDRE as UART_SEND_READY, and writes that name.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must be 1 to 32767. Shorter delays are less than two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust replaces the 1, a timer with P under 1 expires at once, and one with P beyond its width never expires: both are warnings. Change the delay or CYCLE=.";
