@@ -80,7 +80,8 @@ impl LadderSymbol {
 
 /// Returns the index of the symbol that a user names.
 ///
-/// In an IEC program case has no meaning, and the size letter X of an address may be absent: `%i0.0` is `%IX0.0`.
+/// In an IEC program case has no meaning, and the size letter X of an address may be absent: `%i0.0` is
+/// `%IX0.0`.
 #[must_use]
 pub fn find_symbol(symbols: &[LadderSymbol], name: &str) -> Option<usize> {
     let exact = symbols.iter().position(|symbol| symbol.name == name);

@@ -38,8 +38,8 @@ test; 3 a file was refused.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct TestArgs {
-    /// Folders with an emu.toml or with scenarios, and files: an emu.toml or a scenario. Default: the emu.toml
-    /// of this folder or of the nearest one above it, otherwise this folder.
+    /// Folders with an emu.toml or with scenarios, and files: an emu.toml or a scenario. Default: the
+    /// emu.toml of this folder or of the nearest one above it, otherwise this folder.
     #[arg(value_name = "DIR|FILE")]
     places: Vec<String>,
     /// Run only tests whose name contains this text. Repeatable; a test that contains one of them runs.

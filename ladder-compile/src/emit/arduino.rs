@@ -382,8 +382,8 @@ static inline unsigned char PlcSpi(unsigned char byte)
 }
 ";
 
-/// Functions for the peripherals that the program uses. Those that the scan calls are `inline`: a call that can never
-/// happen is left out of the scan, and gcc does not warn of an unused inline function.
+/// Functions for the peripherals that the program uses. Those that the scan calls are `inline`: a call that
+/// can never happen is left out of the scan, and gcc does not warn of an unused inline function.
 fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String {
     let ir = plan.ir;
     let mut text = String::new();
