@@ -102,6 +102,7 @@ pub(crate) fn read_xml(file: &str, text: &str) -> Result<XmlElement, Diagnostic>
     let mut reader = Reader::from_str(text);
     let mut open: Vec<XmlElement> = Vec::new();
     let mut count = 0_usize;
+    let damaged = |pos| move |why: quick_xml::Error| fault(pos, format!("an attribute is damaged: {why}"));
     loop {
         let begin = reader.buffer_position();
         let event = reader.read_event();
@@ -112,7 +113,7 @@ pub(crate) fn read_xml(file: &str, text: &str) -> Result<XmlElement, Diagnostic>
         match event {
             Event::Start(start) => {
                 count += 1;
-                let mut element = element_of(&start, pos).map_err(|why| fault(pos, why))?;
+                let mut element = element_of(&start, pos).map_err(damaged(pos))?;
                 element.text_pos = places.pos(reader.buffer_position());
                 if open.len() >= MAX_DEPTH || count > MAX_ELEMENTS {
                     let cause = format!(
@@ -127,7 +128,7 @@ pub(crate) fn read_xml(file: &str, text: &str) -> Result<XmlElement, Diagnostic>
                 if count > MAX_ELEMENTS {
                     return Err(fault(pos, format!("the file has more than {MAX_ELEMENTS} elements")));
                 }
-                closed = Some(element_of(&start, pos).map_err(|why| fault(pos, why))?);
+                closed = Some(element_of(&start, pos).map_err(damaged(pos))?);
             }
             Event::End(_) => closed = open.pop(),
             Event::Text(part) => add_text(&mut open, &part.decode().map_err(|why| fault(pos, why.to_string()))?),
@@ -164,15 +165,13 @@ fn add_text(open: &mut [XmlElement], text: &str) {
     }
 }
 
-fn element_of(start: &BytesStart<'_>, pos: Pos) -> Result<XmlElement, String> {
+fn element_of(start: &BytesStart<'_>, pos: Pos) -> Result<XmlElement, quick_xml::Error> {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let mut element =
         XmlElement { name: text(start.local_name().as_ref()), pos, text_pos: pos, ..XmlElement::default() };
     for attribute in start.attributes() {
-        let attribute = attribute.map_err(|why| format!("an attribute is damaged: {why}"))?;
-        let value = attribute
-            .normalized_value(XmlVersion::Implicit1_0)
-            .map_err(|why| format!("an attribute is damaged: {why}"))?;
+        let attribute = attribute?;
+        let value = attribute.normalized_value(XmlVersion::Implicit1_0)?;
         element.attributes.push((text(attribute.key.local_name().as_ref()), value.into_owned()));
     }
     Ok(element)

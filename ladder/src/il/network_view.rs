@@ -32,6 +32,11 @@ impl fmt::Display for NoLadderForm {
 
 impl std::error::Error for NoLadderForm {}
 
+/// What a diagram does not have; [`NoLadderForm`] has the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+struct NoForm(&'static str);
+
 /// Returns the ladder diagram of a rung of Instruction List.
 ///
 /// # Errors
@@ -45,7 +50,7 @@ pub fn ladder_of(rung: &Rung) -> Result<LadderNetwork, NoLadderForm> {
         match element {
             Element::Comment(text) => reader.network.comments.extend(text.lines().map(str::to_owned)),
             Element::Instruction(step) => {
-                reader.add_step(step).map_err(|why| NoLadderForm { pos: *pos, line: step.to_string(), why })?;
+                reader.add_step(step).map_err(|NoForm(why)| NoLadderForm { pos: *pos, line: step.to_string(), why })?;
             }
             // The elements of LDmicro are no instructions.
             _ => return Err(NoLadderForm { pos: *pos, line: String::new(), why: "it is an element of LDmicro" }),
@@ -102,7 +107,7 @@ impl NetworkReader {
         }
     }
 
-    fn add_step(&mut self, step: &IlStep) -> Result<(), &'static str> {
+    fn add_step(&mut self, step: &IlStep) -> Result<(), NoForm> {
         if let Some(label) = &step.label {
             self.network.label = Some(IlName { text: label.clone(), pos: Pos::default() });
         }
@@ -134,32 +139,32 @@ impl NetworkReader {
                 self.output(LadderOutput::Jump { condition: *condition, label: label.clone() })
             }
             IlOperation::Return(condition) => self.output(LadderOutput::Return(*condition)),
-            IlOperation::NoTarget { .. } => Err("it writes nothing"),
-            IlOperation::Function { .. } => Err("functions are no contacts"),
+            IlOperation::NoTarget { .. } => Err(NoForm("it writes nothing")),
+            IlOperation::Function { .. } => Err(NoForm("functions are no contacts")),
             IlOperation::Call { .. } | IlOperation::BlockInput { .. } | IlOperation::ShortBlock { .. } => {
-                Err("it is no call")
+                Err(NoForm("it is no call"))
             }
         }
     }
 
     /// Checks that the result may change: it does not behind an output.
-    fn check_logic(&self) -> Result<(), &'static str> {
+    fn check_logic(&self) -> Result<(), NoForm> {
         let is_behind = self.waiting.is_empty() && !(self.outputs.is_empty() && self.network.stages.is_empty());
-        if is_behind { Err(AFTER_OUTPUT) } else { Ok(()) }
+        if is_behind { Err(NoForm(AFTER_OUTPUT)) } else { Ok(()) }
     }
 
-    fn power(&mut self) -> Result<LadderLogic, &'static str> {
+    fn power(&mut self) -> Result<LadderLogic, NoForm> {
         match std::mem::replace(&mut self.result, ResultForm::Nothing) {
             ResultForm::Power(logic) => Ok(logic),
-            ResultForm::Value(_) => Err("the value is no BOOL"),
-            ResultForm::Nothing => Err(NO_RESULT),
+            ResultForm::Value(_) => Err(NoForm("the value is no BOOL")),
+            ResultForm::Nothing => Err(NoForm(NO_RESULT)),
         }
     }
 
-    fn load(&mut self, negated: bool, operand: &IlOperand, after: Option<&IecType>) -> Result<(), &'static str> {
+    fn load(&mut self, negated: bool, operand: &IlOperand, after: Option<&IecType>) -> Result<(), NoForm> {
         self.check_logic()?;
         if !matches!(self.result, ResultForm::Nothing) {
-            return Err("it replaces a result that nothing uses");
+            return Err(NoForm("it replaces a result that nothing uses"));
         }
         self.result = loaded(negated, operand, after)?;
         Ok(())
@@ -171,15 +176,15 @@ impl NetworkReader {
         operator: IlBinaryOperator,
         negated: bool,
         operand: &IlBinaryOperand,
-    ) -> Result<(), &'static str> {
+    ) -> Result<(), NoForm> {
         if operator.is_comparison() {
-            let IlBinaryOperand::Value(right) = operand else { return Err("a comparison takes two operands") };
+            let IlBinaryOperand::Value(right) = operand else { return Err(NoForm("a comparison takes two operands")) };
             self.check_logic()?;
             let left = match std::mem::replace(&mut self.result, ResultForm::Nothing) {
                 ResultForm::Value(left) => left,
                 ResultForm::Power(LadderLogic::Contact { negated: false, operand }) => operand,
-                ResultForm::Power(_) => return Err("a comparison takes two operands"),
-                ResultForm::Nothing => return Err(NO_RESULT),
+                ResultForm::Power(_) => return Err(NoForm("a comparison takes two operands")),
+                ResultForm::Nothing => return Err(NoForm(NO_RESULT)),
             };
             self.result = ResultForm::Power(LadderLogic::Compare { operator, left, right: right.clone() });
             return Ok(());
@@ -187,10 +192,10 @@ impl NetworkReader {
         let is_and = match operator {
             IlBinaryOperator::And => true,
             IlBinaryOperator::Or => false,
-            _ => return Err("contacts have only AND and OR"),
+            _ => return Err(NoForm("contacts have only AND and OR")),
         };
         if step.before != Some(IecType::Bool) {
-            return Err("contacts are BOOL");
+            return Err(NoForm("contacts are BOOL"));
         }
         if is_and && self.waiting.is_empty() && !self.outputs.is_empty() {
             self.begin_stage()?;
@@ -214,59 +219,59 @@ impl NetworkReader {
     }
 
     /// Begins the logic behind the outputs of the stage in work.
-    fn begin_stage(&mut self) -> Result<(), &'static str> {
+    fn begin_stage(&mut self) -> Result<(), NoForm> {
         if matches!(self.result, ResultForm::Nothing) {
-            return Err(NO_RESULT);
+            return Err(NoForm(NO_RESULT));
         }
         self.end_stage();
         Ok(())
     }
 
     /// Combines the result with a part.
-    fn join(&mut self, operator: IlBinaryOperator, part: LadderLogic) -> Result<(), &'static str> {
+    fn join(&mut self, operator: IlBinaryOperator, part: LadderLogic) -> Result<(), NoForm> {
         let is_stage_begin = self.waiting.is_empty() && !self.network.stages.is_empty();
         let joined = match std::mem::replace(&mut self.result, ResultForm::Nothing) {
             ResultForm::Nothing if is_stage_begin && operator == IlBinaryOperator::And => part,
             ResultForm::Power(result) if operator == IlBinaryOperator::And => result.and(part),
             ResultForm::Power(result) => result.or(part),
-            ResultForm::Nothing => return Err(NO_RESULT),
-            ResultForm::Value(_) => return Err("contacts are BOOL"),
+            ResultForm::Nothing => return Err(NoForm(NO_RESULT)),
+            ResultForm::Value(_) => return Err(NoForm("contacts are BOOL")),
         };
         self.result = ResultForm::Power(joined);
         Ok(())
     }
 
-    fn close(&mut self) -> Result<(), &'static str> {
+    fn close(&mut self) -> Result<(), NoForm> {
         let inner = self.power()?;
-        let Some(waiting) = self.waiting.pop() else { return Err("no operator waits for it") };
+        let Some(waiting) = self.waiting.pop() else { return Err(NoForm("no operator waits for it")) };
         self.result = waiting.result;
         let inner = if waiting.is_negated { inner.complement() } else { inner };
         self.join(waiting.operator, inner)
     }
 
-    fn bool_output(&self, step: &IlStep) -> Result<(), &'static str> {
+    fn bool_output(&self, step: &IlStep) -> Result<(), NoForm> {
         let target = match &step.action {
             IlAction::Store { target, .. } => &target.iec_type,
             _ => return Ok(()),
         };
-        if *target == IecType::Bool { Ok(()) } else { Err("a coil is a BOOL") }
+        if *target == IecType::Bool { Ok(()) } else { Err(NoForm("a coil is a BOOL")) }
     }
 
-    fn output(&mut self, output: LadderOutput) -> Result<(), &'static str> {
+    fn output(&mut self, output: LadderOutput) -> Result<(), NoForm> {
         if !self.waiting.is_empty() {
-            return Err("an output inside parentheses");
+            return Err(NoForm("an output inside parentheses"));
         }
         if output.needs_power() && !matches!(self.result, ResultForm::Power(_)) {
-            return Err(match self.result {
+            return Err(NoForm(match self.result {
                 ResultForm::Value(_) => "the value is no BOOL",
                 _ => NO_RESULT,
-            });
+            }));
         }
         self.outputs.push(output);
         Ok(())
     }
 
-    fn call(&mut self, operation: &IlOperation, call: &BlockCall) -> Result<(), &'static str> {
+    fn call(&mut self, operation: &IlOperation, call: &BlockCall) -> Result<(), NoForm> {
         let named = |text: &str| IlName { text: text.to_owned(), pos: Pos::default() };
         let first_input = call.inputs.first().and_then(|(part, _)| Some(part.name.rsplit_once('.')?.1.to_owned()));
         let block = |condition, powered, parameters| LadderBlock {
@@ -311,7 +316,7 @@ impl NetworkReader {
 }
 
 /// Returns an operand as the current result.
-fn loaded(negated: bool, operand: &IlOperand, after: Option<&IecType>) -> Result<ResultForm, &'static str> {
+fn loaded(negated: bool, operand: &IlOperand, after: Option<&IecType>) -> Result<ResultForm, NoForm> {
     let is_bool = after == Some(&IecType::Bool);
     Ok(match &operand.kind {
         IlOperandKind::Literal(IlLiteral { value: IlValue::Bool(value), .. }) => {
@@ -321,7 +326,7 @@ fn loaded(negated: bool, operand: &IlOperand, after: Option<&IecType>) -> Result
             ResultForm::Power(if (value & 1 == 1) == negated { LadderLogic::Open } else { LadderLogic::Wire })
         }
         _ if is_bool => ResultForm::Power(LadderLogic::Contact { negated, operand: operand.clone() }),
-        _ if negated => return Err("a number has no complement in a diagram"),
+        _ if negated => return Err(NoForm("a number has no complement in a diagram")),
         _ => ResultForm::Value(operand.clone()),
     })
 }
