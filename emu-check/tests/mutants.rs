@@ -52,8 +52,11 @@ const NO_FAULT: [&str; 9] =
 fn every_element_has_faults() {
     let mut missing: BTreeSet<&str> = ladder::element_keywords().collect();
     assert!(NO_FAULT.iter().all(|keyword| missing.remove(keyword)), "a listed element does not exist");
-    for number in 0..3_000 {
-        let (program, _) = generate_program(1, number);
+    // No random program has LOCK, after which nothing happens.
+    let lock =
+        "LDmicro0.2\nCYCLE=10000\nCRYSTAL=16000000\nIO LIST\nXa at 4\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nLOCK\nEND\n";
+    let lock = common::parse("lock", lock);
+    for program in (0..3_000).map(|number| generate_program(1, number).0).chain([lock]) {
         if !program.elements().any(|at| missing.contains(at.element.facts().keyword)) {
             continue;
         }

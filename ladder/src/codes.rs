@@ -83,7 +83,7 @@ diag::codes! {
     REGISTER_ADDRESS "LD039" "a register is named by its address"
         "A note: `#0x25` and the like are addresses in the data memory of the chip that MICRO= names. Those of the registers of ports are read as their names #PORTx, #PINx, #TRISx; others have no meaning here.";
     OTHER_NOTATION "LD040" "a notation that is not read"
-        "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, ladder as JSON, the files of OpenPLC Editor 4, exports of RSLogix 5000 (L5X). The file is not damaged. LDmicro's .ld text, Instruction List and PLCopen XML are read; --format ld, il or plcopen says which one a file is.";
+        "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, or ladder as JSON of another editor than OpenPLC Editor 4. The file is not damaged. --format names the notations that are read: LDmicro's .ld text, Instruction List, PLCopen XML, OpenPLC Editor 4, neutral text of Allen-Bradley.";
     IGNORED_SETTING "LD041" "a setting that has no effect here"
         "A note: YPlcCycleDuty:1 (an output that shows how long a scan takes), ConfigurationWord(s) (compiled images have the word that LC041 names), a MICRO= that is no name of LDmicro's list, and a mask of PULL-UP LIST that leaves an input without its pull-up: compiled images turn on the pull-ups of all inputs that have one.";
     DRAWING "LD042" "the wires of a diagram are not sound"
@@ -92,7 +92,9 @@ diag::codes! {
         "The file is XML or JSON by its first character, but a tag, an attribute, an entity or a bracket is wrong, or the file ends too early. Files are read up to 4 MiB, 200,000 elements and a depth of 64.";
     PART_NOT_READ "LD044" "a part of this notation is not read"
         "The file is sound, but has something that no program here can have: bodies in Structured Text, FBD or SFC, functions and function blocks by the user, several programs, arrays and structures, instructions of a vendor that the page of the notation does not list. The message names it. docs/languages/ says what is read.";
-    OLD_KEYWORD "LD045" "an older name of an element"
+    NEUTRAL_TEXT "LD045" "neutral text of Allen-Bradley is malformed"
+        "A rung is instructions with their operands, such as XIC(a), and branches [..,..] or BST .. NXB .. BND, up to 64 deep, and ends with `;` or EOR. The message says what is missing, and where.";
+    OLD_KEYWORD "LD046" "an older name of an element"
         "A note: LDmicro 5 reads UART_SEND_BUSY and UART_UDRE as UART_SEND_READY, and writes that name.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must be 1 to 32767. Shorter delays are less than two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust replaces the 1, a timer with P under 1 expires at once, and one with P beyond its width never expires: both are warnings. Change the delay or CYCLE=.";

@@ -7,7 +7,7 @@ use crate::codes;
 use crate::il::{self, IlProgram};
 use crate::model::LadderDialect;
 use crate::parse::{ParseOptions, ParsedProgram, parse_bytes};
-use crate::plcopen;
+use crate::{openplc, plcopen, rockwell};
 
 /// A notation that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -18,16 +18,29 @@ pub enum Notation {
     InstructionList,
     /// PLCopen XML with a body in ladder diagram or Instruction List.
     PlcOpen,
+    /// `.ld` of OpenPLC Editor 4: variables, then rungs as JSON.
+    OpenPlc,
+    /// Neutral text of Allen-Bradley, alone or in an export (L5X).
+    Rockwell,
 }
 
 impl Notation {
     /// All notations with the names that `--format` takes.
-    pub const ALL: [(Notation, &'static str); 3] =
-        [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il"), (Notation::PlcOpen, "plcopen")];
+    pub const ALL: [(Notation, &'static str); 5] = [
+        (Notation::Ldmicro, "ld"),
+        (Notation::InstructionList, "il"),
+        (Notation::PlcOpen, "plcopen"),
+        (Notation::OpenPlc, "openplc"),
+        (Notation::Rockwell, "rockwell"),
+    ];
 
     /// Ends of the names of files, in order of preference.
-    pub const EXTENSIONS: [(Notation, &'static str); 3] =
-        [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il"), (Notation::PlcOpen, "xml")];
+    pub const EXTENSIONS: [(Notation, &'static str); 4] = [
+        (Notation::Ldmicro, "ld"),
+        (Notation::InstructionList, "il"),
+        (Notation::PlcOpen, "xml"),
+        (Notation::Rockwell, "l5x"),
+    ];
 
     /// Returns the notation that the extension of a file name shows.
     #[must_use]
@@ -52,7 +65,7 @@ pub struct ReadOptions {
 /// Time of a scan of a program that gives none, in microseconds.
 pub const IL_CYCLE_US: u64 = 10_000;
 
-/// Whether the name of a file ends as that of a program: `.ld`, `.il` or `.xml`.
+/// Whether the name of a file ends as that of a program: `.ld`, `.il`, `.xml` or `.l5x`.
 #[must_use]
 pub fn is_program_name(file: &str) -> bool {
     Notation::of_file(file).is_some()
@@ -94,6 +107,14 @@ pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<Pa
             let cycle_us = options.cycle_us.or(read.cycle_us).unwrap_or(IL_CYCLE_US);
             resolve(&read.program, Vec::new(), cycle_us, text::encoding(&plain))
         }
+        FoundNotation::Read(Notation::OpenPlc) => {
+            let (program, noticed) = openplc::read(file, &decoded)?;
+            resolve(&program, noticed, options.cycle_us.unwrap_or(IL_CYCLE_US), text::encoding(&plain))
+        }
+        FoundNotation::Read(Notation::Rockwell) => {
+            let program = rockwell::read(file, &decoded)?;
+            resolve(&program, Vec::new(), options.cycle_us.unwrap_or(IL_CYCLE_US), text::encoding(&plain))
+        }
         FoundNotation::Refused(name, hint) => {
             let cause = format!("this is {name}, which is not read");
             Err(vec![Diagnostic::new(Severity::Error, codes::OTHER_NOTATION, file, Pos::new(1, 1, 1), cause, hint)])
@@ -124,7 +145,7 @@ fn find_notation(file: &str, text: &str) -> FoundNotation {
     if start.starts_with('<') {
         let head: String = start.chars().take(4_000).collect();
         return if head.contains("RSLogix5000Content") {
-            FoundNotation::Refused("an export of RSLogix 5000 (L5X)", WRITE_IL)
+            FoundNotation::Read(Notation::Rockwell)
         } else if head.to_ascii_lowercase().contains("plcopen") {
             FoundNotation::Read(Notation::PlcOpen)
         } else {
@@ -144,9 +165,12 @@ fn find_notation(file: &str, text: &str) -> FoundNotation {
     if is_iec_head(code) {
         let has_json = code.lines().any(|line| line.trim() == "{") && code.contains("\"rungs\"");
         return match has_json {
-            true => FoundNotation::Refused("ladder of OpenPLC Editor 4 (variables and JSON)", WRITE_IL),
+            true => FoundNotation::Read(Notation::OpenPlc),
             false => FoundNotation::Read(Notation::InstructionList),
         };
+    }
+    if rockwell::is_neutral_text(code) && !has_extension("il") {
+        return FoundNotation::Read(Notation::Rockwell);
     }
     let first_line = code.lines().next().unwrap_or_default();
     if has_extension("il") || is_instruction(first_line) {

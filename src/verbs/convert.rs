@@ -46,8 +46,8 @@ pub fn convert(args: &ConvertArgs, style: &MessageStyle) -> Result<u8, VerbFailu
     let (read, mut notes) = input::parse_program(file, input::read_bytes(file)?, args.program.read.options(), true)?;
     // Warnings about the program are those of the other verbs; here they would hide the notes.
     notes.retain(|note| note.severity == Severity::Warning);
-    if to == Notation::PlcOpen {
-        return Err(VerbFailure::Usage("PLCopen XML is read, but not written; give --to il or --to ld".to_owned()));
+    if !matches!(to, Notation::Ldmicro | Notation::InstructionList) {
+        return Err(VerbFailure::Usage("this notation is read, but not written; give --to il or --to ld".to_owned()));
     }
     match converted(&read.program, to) {
         Ok((text, more)) => {
@@ -73,6 +73,8 @@ fn converted(program: &LadderProgram, to: Notation) -> Result<(String, Vec<Diagn
             Ok((ladder::write(&converted.program), converted.notes))
         }
         // The notation stays: the canonical text.
-        Notation::InstructionList | Notation::Ldmicro | Notation::PlcOpen => Ok((ladder::write(program), Vec::new())),
+        Notation::InstructionList | Notation::Ldmicro | Notation::PlcOpen | Notation::OpenPlc | Notation::Rockwell => {
+            Ok((ladder::write(program), Vec::new()))
+        }
     }
 }

@@ -1,17 +1,31 @@
-//! The programs in Instruction List of the evaluator's traces, on all families: chip and evaluator agree.
+//! The programs of the evaluator's traces, in Instruction List and in notations that draw networks, on all
+//! families: chip and evaluator agree.
 
 use emu_check::{CheckOptions, check};
-use ladder::LadderProgram;
 use ladder::il::{il_settings, read, to_ladder};
+use ladder::{LadderProgram, Notation, ReadOptions, read_program};
 
 #[path = "../../../tests/ladder/il_programs.rs"]
 mod il_programs;
+#[path = "../../../tests/ladder/plcopen_text.rs"]
+mod plcopen_text;
+
+/// Tables of traces, with their notations.
+const TABLES: [(&str, Notation); 7] = [
+    ("operators.txt", Notation::InstructionList),
+    ("numbers.txt", Notation::InstructionList),
+    ("blocks.txt", Notation::InstructionList),
+    ("programs.txt", Notation::InstructionList),
+    ("standard.txt", Notation::InstructionList),
+    ("plcopen.txt", Notation::PlcOpen),
+    ("rockwell.txt", Notation::Rockwell),
+];
 
 /// Each title with its program, from the tables of traces.
 pub fn programs() -> Vec<(String, LadderProgram)> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../ladder-eval/tests/eval/il");
     let mut programs = Vec::new();
-    for name in ["operators.txt", "numbers.txt", "blocks.txt", "programs.txt", "standard.txt"] {
+    for (name, notation) in TABLES {
         let text = std::fs::read_to_string(folder.join(name)).expect("the traces exist");
         for case in text.split("\n== ").skip(1) {
             let (title, body) = case.split_once('\n').expect("lines after the title");
@@ -19,9 +33,10 @@ pub fn programs() -> Vec<(String, LadderProgram)> {
             let cycle_ms: u64 = cycle.trim().parse().expect("a cycle");
             let lines = body.lines().take_while(|line| !line.starts_with("-- "));
             let text: String = lines.filter(|line| !line.starts_with('#')).map(|line| format!("{line}\n")).collect();
-            let parsed = read("trace.il", &text).unwrap_or_else(|faults| panic!("{title}: {faults:?}"));
-            let resolved = to_ladder(&parsed.program, il_settings(1000 * cycle_ms));
-            let program = resolved.unwrap_or_else(|faults| panic!("{title}: {faults:?}")).program;
+            let text = if notation == Notation::PlcOpen { plcopen_text::project(&text) } else { text };
+            let options = ReadOptions { notation: Some(notation), cycle_us: Some(1000 * cycle_ms), dialect: None };
+            let read = read_program("trace", text.as_bytes(), options);
+            let program = read.unwrap_or_else(|faults| panic!("{title}: {faults:?}")).program;
             programs.push((format!("{name}: {title}"), program));
         }
     }

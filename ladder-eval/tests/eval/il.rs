@@ -6,7 +6,7 @@
 //! result. `x5` before a row repeats its scan, and the results are those of the last one. The numbers in
 //! brackets are the rules of `docs/semantics.md`, section 6.
 
-use ladder::ReadOptions;
+use ladder::{Notation, ReadOptions};
 use ladder_eval::Evaluator;
 
 #[path = "../../../tests/ladder/plcopen_text.rs"]
@@ -24,13 +24,14 @@ struct Case {
 }
 
 /// Tables of traces, and the names of files for their notations.
-const TABLES: [(&str, &str); 6] = [
+const TABLES: [(&str, &str); 7] = [
     ("operators.txt", "t.il"),
     ("numbers.txt", "t.il"),
     ("blocks.txt", "t.il"),
     ("programs.txt", "t.il"),
     ("standard.txt", "t.il"),
     ("plcopen.txt", "t.xml"),
+    ("rockwell.txt", "t.txt"),
 ];
 
 fn words(text: &str) -> Vec<String> {
@@ -66,7 +67,8 @@ fn cases() -> Vec<Case> {
 }
 
 fn evaluator(case: &Case) -> Evaluator {
-    let options = ReadOptions { cycle_us: Some(1_000 * case.cycle_ms), ..ReadOptions::default() };
+    let notation = (case.file == "t.txt").then_some(Notation::Rockwell);
+    let options = ReadOptions { cycle_us: Some(1_000 * case.cycle_ms), notation, ..ReadOptions::default() };
     let text = match case.file {
         "t.xml" => plcopen_text::project(&case.program),
         _ => case.program.clone(),

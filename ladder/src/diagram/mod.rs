@@ -11,5 +11,5 @@ mod names;
 mod paths;
 
 pub(crate) use graph::{DrawnCall, DrawnFunction, NodeId, OutputAction, PowerGraph};
-pub(crate) use lower::lower;
+pub(crate) use lower::{MAX_DRAWN, lower};
 pub(crate) use names::NameMaker;

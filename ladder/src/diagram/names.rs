@@ -30,9 +30,23 @@ impl NameMaker {
         name
     }
 
+    /// Declares a new variable with this name, or with a number behind it if it is used, and returns it.
+    pub fn declare_as(&mut self, name: &str, iec_type: IecType, pos: Pos) -> IlName {
+        if self.used.contains(&name.to_ascii_uppercase()) {
+            return self.declare(name, iec_type, pos);
+        }
+        self.reserve(name);
+        self.add(name.to_owned(), iec_type, pos)
+    }
+
     /// Declares a new variable and returns its name.
     pub fn declare(&mut self, stem: &str, iec_type: IecType, pos: Pos) -> IlName {
-        let name = IlName { text: self.unused(stem), pos };
+        let name = self.unused(stem);
+        self.add(name, iec_type, pos)
+    }
+
+    fn add(&mut self, text: String, iec_type: IecType, pos: Pos) -> IlName {
+        let name = IlName { text, pos };
         self.variables.push(IlVariable {
             name: name.clone(),
             section: IlSection::Local,

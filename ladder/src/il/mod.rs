@@ -60,6 +60,7 @@ pub use model::{
     IlBinaryOperand, IlBinaryOperator, IlBlockInput, IlCondition, IlInstruction, IlName, IlOperand, IlOperandKind,
     IlOperation, IlParameter, IlProgram, IlQualifier, IlSection, IlVariable,
 };
+pub(crate) use network::bool_operand;
 pub use network::{CoilKind, LadderBlock, LadderLogic, LadderNetwork, LadderOutput, LadderStage, instructions_of};
 pub use network_view::{NoLadderForm, ladder_of};
 pub(crate) use operators::is_operator;

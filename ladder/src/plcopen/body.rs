@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
-use crate::diagram::{DrawnCall, NameMaker, NodeId, OutputAction, PowerGraph, lower};
+use crate::diagram::{DrawnCall, MAX_DRAWN, NameMaker, NodeId, OutputAction, PowerGraph, lower};
 use crate::il::{
     CoilKind, IecType, IlCondition, IlInstruction, IlName, IlOperand, IlOperandKind, IlParameter, IlVariable,
     LadderBlock, LadderLogic, LadderOutput, StandardBlock, is_plain_name, operand_of_text,
@@ -13,11 +13,15 @@ use crate::il::{
 use crate::xml::XmlElement;
 
 /// Returns the instructions of a body; adds the variables that they need.
-pub(super) fn read_ladder(
+pub(crate) fn read_ladder(
     file: &str,
     body: &XmlElement,
     variables: &mut Vec<IlVariable>,
 ) -> Result<Vec<IlInstruction>, Vec<Diagnostic>> {
+    if body.children.len() > MAX_DRAWN {
+        let cause = format!("the diagram has more than {MAX_DRAWN} elements");
+        return Err(vec![Diagnostic::new(Severity::Error, codes::DRAWING, file, body.pos, cause, "divide it")]);
+    }
     let mut names = NameMaker::default();
     variables.iter().for_each(|variable| names.reserve(&variable.name.text));
     for label in body.children_named("label") {

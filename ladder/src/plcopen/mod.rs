@@ -4,4 +4,5 @@ mod body;
 mod functions;
 mod project;
 
+pub(crate) use body::read_ladder;
 pub(crate) use project::read;

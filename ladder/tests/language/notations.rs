@@ -8,7 +8,14 @@ mod plcopen_text;
 
 /// Each notation: the name of a file, and a program.
 fn samples() -> Vec<(&'static str, String)> {
-    vec![("conveyor.xml", include_str!("../../../examples/conveyor.xml").to_owned())]
+    let rungs =
+        "XIC(a)[XIC(b)OTE(c),ONS(s)]TON(T,20,0)CTU(K,2)MOV(K.ACC,n)GRT(n,1)RES(T);\nBST XIC a NXB XIO b BND OTL d;";
+    vec![
+        ("conveyor.xml", include_str!("../../../examples/conveyor.xml").to_owned()),
+        ("stamper.L5X", include_str!("../../../examples/stamper.L5X").to_owned()),
+        ("latch.ld", include_str!("notations_in/latch.openplc.ld").to_owned()),
+        ("rungs.txt", rungs.to_owned()),
+    ]
 }
 
 /// Reads a text; returns the codes of its errors with their lines.
@@ -31,6 +38,11 @@ fn plcopen_faults(text: &str) -> Vec<&'static str> {
 fn a_part_of_a_file_is_never_accepted_and_never_panics() {
     for (file, text) in samples() {
         assert_eq!(faults(file, &text), [], "{file}");
+        if file == "rungs.txt" {
+            // A part can be a program.
+            (1..text.len()).for_each(|end| drop(faults(file, &text[..end])));
+            continue;
+        }
         let body_end = text.trim_end().len() - 1;
         for end in (1..body_end).filter(|end| text.is_char_boundary(*end)).step_by(7) {
             assert_ne!(faults(file, &text[..end]), [], "{file} up to {end}");
@@ -82,6 +94,55 @@ fn unsound_diagrams_of_plcopen_are_named() {
     for (text, code) in cases {
         let found = plcopen_faults(&format!("{head}{text}\n"));
         assert_eq!(found.first(), Some(&code), "{text}: {found:?}");
+    }
+}
+
+#[test]
+fn neutral_text_is_refused_by_name_and_place() {
+    let cases = [
+        ("XIC(a)PID(b);", "LD044", 7),
+        ("XIC(a)OTE(b", "LD045", 12),
+        ("XIC(a)[XIC(b)OTE(c);", "LD045", 20),
+        ("XIC(a)OTE();", "LD045", 7),
+        ("XIC(a,b)OTE(c);", "LD045", 1),
+        ("XIC(a)@OTE(c);", "LD045", 7),
+        ("XIC(a[3])OTE(c);", "LD044", 5),
+        ("XIC(I:1/0)OTE(c);", "LD044", 5),
+        ("XIC(T.DN)OTE(c);", "LD044", 5),
+        ("TON(T,20,0)XIC(T.OV)OTE(c);", "LD044", 16),
+        ("XIC(a)TON(T,20,0);XIC(a)TOF(T,20,0);", "LD044", 29),
+        ("XIC(a)TON(T,?,?);", "LD044", 7),
+        ("XIC(a)TON(T,n,0);", "LD044", 13),
+        ("XIC(a)TOF(T,9,0);XIC(b)RES(T);", "LD044", 28),
+        ("XIC(n)MOV(n,m);", "LD044", 11),
+        ("XIC(a)RES(b);", "LD044", 11),
+    ];
+    for (text, code, column) in cases {
+        let options = ReadOptions { notation: Some(ladder::Notation::Rockwell), ..ReadOptions::default() };
+        let found = read_program("t.txt", text.as_bytes(), options).expect_err(text);
+        assert_eq!((found[0].code, found[0].pos.column), (code, column), "{text}: {found:?}");
+    }
+    let deep = format!("{}XIC(a)", "[".repeat(100_000));
+    assert_eq!(faults("t.l5x", &format!("XIC(a){deep}")), [("LD045", 1)]);
+}
+
+#[test]
+fn rungs_of_openplc_are_the_networks_of_their_wires() {
+    let text = include_str!("notations_in/latch.openplc.ld");
+    let read = read_program("latch.ld", text.as_bytes(), ReadOptions::default()).expect("a sound program");
+    let wanted = "(* Seal-in *)\n    LDN Stop\n    AND( Start\n      OR On\n    )\n    ST On\n\n    LD On\n    ST TON0.IN\n    \
+                  CAL TON0(PT := T#20ms)\n\n    LD TON0.Q\n    S Lamp\n";
+    assert!(ladder::il::program_text(&read.program).ends_with(wanted), "{}", ladder::il::program_text(&read.program));
+    for (from, to, code) in [
+        ("\"coil\"", "\"lamp\"", "LD044"),
+        ("\"negated\"", "\"odd\"", "LD044"),
+        ("\"TON\"", "\"PID\"", "LD044"),
+        ("\"source\": \"left-1\"", "\"source\": \"left-9\"", "LD044"),
+        ("\"rungs\": [", "\"rungs\": [[", "LD043"),
+        (": bool AT %IX0.0", ": string AT %IX0.0", "IL007"),
+    ] {
+        let found = faults("latch.ld", &text.replace(from, to));
+        assert!(found.iter().any(|(found, line)| *found == code && *line > 1), "{to}: {found:?}");
     }
 }
 
