@@ -35,8 +35,9 @@ Examples:
   emu check examples/*.ld --mcu all --junit out.xml --report out.html
   emu check examples/welder.ld --mcu all --scenario examples/welder.toml
 
-Exit codes: 0 chip and reference agree; 1 they differ: the report says where and how to see it again; 3 the program is
-refused (with --mcu all: by every chip). The same seed always gives the same run.";
+Exit codes: 0 chip and reference agree; 1 they differ: the report says where, and has the command that replays
+it; 2 a usage error; 3 the program is refused (with --mcu all: by every chip). The same seed always gives the
+same run.";
 
 /// Time after which a progress bar appears.
 const PROGRESS_DELAY: Duration = Duration::from_secs(1);

@@ -62,7 +62,8 @@ Examples:
 `help` at the prompt lists the commands; docs/debug.md describes them with examples.
 
 Exit codes: 0 success; 1 an assertion or another command of a script or a pipe failed; 2 a usage error; 3 a
-file was refused; 4 a script ended where the program had stopped in a fault; 5 a signal (Ctrl-C) stopped a script.";
+file was refused; 4 a script ended where the program had stopped in a fault; 5 a signal (Ctrl-C) stopped a
+script.";
 
 /// Flags of `emu debug`.
 #[derive(Debug, Args)]

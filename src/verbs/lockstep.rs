@@ -36,8 +36,9 @@ Examples:
   emu lockstep app.hex --mcu pic16f877a --against gpsim --steps 5000 --ignore FSR
   emu lockstep app.hex --mcu atmega328p --against simavr --last 20
 
-Exit codes: 0 no difference; 1 a difference; 2 the peer is not installed; 3 a file or the peer's answer was refused, it does
-not have the chip, or did not answer in time; 5 a signal (Ctrl-C) ended it.";
+Exit codes: 0 no difference; 1 a difference; 2 a usage error, or the peer is not installed; 3 a file or the
+peer's answer was refused, or the peer does not have the chip or did not answer in time; 5 a signal (Ctrl-C)
+ended the comparison.";
 
 /// Default limit of a run without another limit, in instructions.
 const DEFAULT_STEPS: u64 = 100_000;
