@@ -4,6 +4,7 @@ use diag::text::{self, TextEncoding};
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
+use crate::grid;
 use crate::il;
 use crate::model::{LadderDialect, LadderProgram};
 use crate::parse::{ParseOptions, ParsedProgram, parse_bytes};
@@ -15,11 +16,14 @@ pub enum Notation {
     Ldmicro,
     /// Instruction List of IEC 61131-3.
     InstructionList,
+    /// Grids of CSLadder.
+    Grid,
 }
 
 impl Notation {
     /// All notations with the names that `--format` takes.
-    pub const ALL: [(Notation, &'static str); 2] = [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il")];
+    pub const ALL: [(Notation, &'static str); 3] =
+        [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il"), (Notation::Grid, "grid")];
 
     /// Returns the notation that the extension of a file name shows.
     #[must_use]
@@ -82,11 +86,26 @@ pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<Pa
             let encoding: TextEncoding = text::encoding(&plain);
             Ok(ParsedProgram { program, warnings, encoding })
         }
+        FoundNotation::Read(Notation::Grid) => {
+            let program = grid::to_instruction_list(&grid::read(file, &decoded)?);
+            let resolved = il::to_ladder(&program, il::il_settings(options.cycle_us.unwrap_or(IL_CYCLE_US)))?;
+            let encoding: TextEncoding = text::encoding(&plain);
+            Ok(ParsedProgram { program: resolved.program, warnings: resolved.warnings, encoding })
+        }
         FoundNotation::Refused(name, hint) => {
             let cause = format!("this is {name}, which is not read");
             Err(vec![Diagnostic::new(Severity::Error, codes::OTHER_NOTATION, file, Pos::new(1, 1, 1), cause, hint)])
         }
     }
+}
+
+/// Returns the notation of a text by its file name and content; `None` for one that is not read.
+#[must_use]
+pub fn notation_of(file: &str, text: &str, options: ReadOptions) -> Option<Notation> {
+    options.notation.or_else(|| match find_notation(file, text) {
+        FoundNotation::Read(notation) => Some(notation),
+        FoundNotation::Refused(..) => None,
+    })
 }
 
 /// Reads a program in Instruction List as a ladder program, with its warnings and notes.
@@ -125,6 +144,9 @@ fn find_notation(file: &str, text: &str) -> FoundNotation {
     }
     if start.starts_with("LDmicro") {
         return FoundNotation::Read(Notation::Ldmicro);
+    }
+    if start.lines().next().is_some_and(|line| line.trim().eq_ignore_ascii_case("CSLADDER")) || has_extension("grid") {
+        return FoundNotation::Read(Notation::Grid);
     }
     if has_extension("st") {
         return FoundNotation::Refused("Structured Text", WRITE_IL);

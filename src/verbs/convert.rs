@@ -71,5 +71,11 @@ fn converted(program: &LadderProgram, to: Notation) -> Result<(String, Vec<Diagn
         }
         // The notation stays: the canonical text.
         Notation::InstructionList | Notation::Ldmicro => Ok((ladder::write(program), Vec::new())),
+        Notation::Grid => {
+            let cause = "no program is written as grids of CSLadder";
+            let pos = diag::Pos::new(1, 1, 1);
+            let code = ladder::convert::NOT_CONVERTED;
+            Err(vec![Diagnostic::new(Severity::Error, code, &program.file, pos, cause, "choose il or ld")])
+        }
     }
 }
