@@ -88,6 +88,8 @@ pub const TARGETS: &[FuzzTarget] = &[
     target_row("omf51",           image::omf51,          16384, &[Generated(omf51::seeds)], made::no_words, "object files of MCS-51, as they are and with right check sums; the same of names"),
     target_row("cod-messages",    image::cod_messages,   16384, &[Files("emu-debug/tests/cod", ".cod")], text_seeds::cod, "the commands that gpsim's programs carry, read and run"),
     target_row("ld",              ladder::ld,            16384, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld"), Files("tests/cli/in", ".ld")], text_seeds::ladder, "ladder programs: read, checked, drawn; what is written is read back"),
+    target_row("grid",            ladder::grid,            4096, &[Files("examples", ".grid")], text_seeds::grids, "grids of CSLadder: read, written, read back, executed"),
+    target_row("convert",         ladder::convert,         6144, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld")], text_seeds::ladder, "ladder programs converted to Instruction List and back"),
     target_row("compile",         ladder::compile,        6144, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld")], text_seeds::ladder, "ladder programs compiled for a chip of each family and evaluated"),
     target_row("asm-avr",         code::asm_avr,          8192, &[Files("tests/peers/asm", ".s"), Generated(made::cases_avr)], made::asm_avr, "assembler of AVR; the source includes itself"),
     target_row("asm-8051",        code::asm_8051,         8192, &[Files("examples/8051", ".s"), Generated(made::cases_8051)], made::asm_8051, "assembler of the 8051 family"),

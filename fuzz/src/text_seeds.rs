@@ -74,6 +74,34 @@ pub(crate) fn cod() -> Vec<String> {
     ])
 }
 
+/// Words of grids of CSLadder.
+pub(crate) fn grids() -> Vec<String> {
+    words(&[
+        "CSLADDER\n",
+        "INPUTS ACTIVE-LOW\n",
+        "GRID\n",
+        "END\n",
+        "EN0 ",
+        "/S8 ",
+        "T0 ",
+        "C0 ",
+        "F0 ",
+        "--- ",
+        "- ",
+        "+ ",
+        "| ",
+        "┬ ",
+        "┘ ",
+        ". ",
+        "OTE:S8",
+        "OTL:F0",
+        "OTU:S8",
+        "TON:T0:2",
+        "CTU:C0:5",
+        "RES:C0",
+    ])
+}
+
 /// Words of `.ld` files.
 pub(crate) fn ladder() -> Vec<String> {
     let keywords = ladder::element_keywords().map(|keyword| format!("{keyword} "));

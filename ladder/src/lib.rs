@@ -33,6 +33,7 @@ mod element_symbol;
 pub mod flow;
 mod flow_checks;
 pub mod format;
+pub mod grid;
 pub mod il;
 mod integer_widths;
 mod lexer;
@@ -68,7 +69,7 @@ pub use draw::{Drawing, DrawnElement, draw, draw_rung};
 pub use element_facts::{ChipPart, ElementFacts, PowerEffect, SymbolUse, WriteMoment};
 pub use element_keywords::element_keywords;
 pub use model::*;
-pub use notation::{IL_CYCLE_US, Notation, ReadOptions, is_program_name, read_program};
+pub use notation::{IL_CYCLE_US, Notation, ReadOptions, is_program_name, notation_of, read_program};
 pub use packages::{UnmodelledTarget, chip_of, package_pin, package_pin_count, package_pin_name, unmodelled_target};
 pub use parse::{
     MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, ParseOptions, ParsedProgram, parse, parse_bytes, parse_with,

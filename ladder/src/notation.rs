@@ -7,7 +7,7 @@ use crate::codes;
 use crate::il::{self, IlProgram};
 use crate::model::LadderDialect;
 use crate::parse::{ParseOptions, ParsedProgram, parse_bytes};
-use crate::{openplc, plcopen, rockwell};
+use crate::{grid, openplc, plcopen, rockwell};
 
 /// A notation that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -22,24 +22,28 @@ pub enum Notation {
     OpenPlc,
     /// Neutral text of Allen-Bradley, alone or in an export (L5X).
     Rockwell,
+    /// Grids of CSLadder.
+    Grid,
 }
 
 impl Notation {
     /// All notations with the names that `--format` takes.
-    pub const ALL: [(Notation, &'static str); 5] = [
+    pub const ALL: [(Notation, &'static str); 6] = [
         (Notation::Ldmicro, "ld"),
         (Notation::InstructionList, "il"),
         (Notation::PlcOpen, "plcopen"),
         (Notation::OpenPlc, "openplc"),
         (Notation::Rockwell, "rockwell"),
+        (Notation::Grid, "grid"),
     ];
 
     /// Ends of the names of files, in order of preference.
-    pub const EXTENSIONS: [(Notation, &'static str); 4] = [
+    pub const EXTENSIONS: [(Notation, &'static str); 5] = [
         (Notation::Ldmicro, "ld"),
         (Notation::InstructionList, "il"),
         (Notation::PlcOpen, "xml"),
         (Notation::Rockwell, "l5x"),
+        (Notation::Grid, "grid"),
     ];
 
     /// Returns the notation that the extension of a file name shows.
@@ -115,11 +119,24 @@ pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<Pa
             let program = rockwell::read(file, &decoded)?;
             resolve(&program, Vec::new(), options.cycle_us.unwrap_or(IL_CYCLE_US), text::encoding(&plain))
         }
+        FoundNotation::Read(Notation::Grid) => {
+            let program = grid::to_instruction_list(&grid::read(file, &decoded)?);
+            resolve(&program, Vec::new(), options.cycle_us.unwrap_or(IL_CYCLE_US), text::encoding(&plain))
+        }
         FoundNotation::Refused(name, hint) => {
             let cause = format!("this is {name}, which is not read");
             Err(vec![Diagnostic::new(Severity::Error, codes::OTHER_NOTATION, file, Pos::new(1, 1, 1), cause, hint)])
         }
     }
+}
+
+/// Returns the notation of a text by its file name and content; `None` for one that is not read.
+#[must_use]
+pub fn notation_of(file: &str, text: &str, options: ReadOptions) -> Option<Notation> {
+    options.notation.or_else(|| match find_notation(file, text) {
+        FoundNotation::Read(notation) => Some(notation),
+        FoundNotation::Refused(..) => None,
+    })
 }
 
 /// Makes a ladder program of instructions; `noticed` are the warnings of their reader.
@@ -157,6 +174,9 @@ fn find_notation(file: &str, text: &str) -> FoundNotation {
     }
     if start.starts_with("LDmicro") {
         return FoundNotation::Read(Notation::Ldmicro);
+    }
+    if start.lines().next().is_some_and(|line| line.trim().eq_ignore_ascii_case("CSLADDER")) || has_extension("grid") {
+        return FoundNotation::Read(Notation::Grid);
     }
     if has_extension("st") {
         return FoundNotation::Refused("Structured Text", WRITE_IL);

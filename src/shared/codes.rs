@@ -135,6 +135,7 @@ pub fn all_codes() -> Vec<&'static DiagnosticCode> {
         ladder::CODES,
         ladder::il::IL_CODES,
         ladder::convert::CONVERT_CODES,
+        ladder::grid::GRID_CODES,
         ladder_compile::CODES,
         ladder_view::CODES,
         emu_check::via::CODES,

@@ -31,7 +31,7 @@ pub struct McuFlags {
 /// The program and its dialect, for verbs that read a ladder program.
 #[derive(Debug, Args)]
 pub struct LadderFlags {
-    /// The program, a .ld file of LDmicro or an .il file (Instruction List); - is standard input.
+    /// The program: .ld (LDmicro), .il (Instruction List) or .grid (CSLadder); - is standard input.
     #[arg(value_name = "PROGRAM.ld")]
     pub file: String,
     #[command(flatten)]
@@ -45,8 +45,8 @@ pub struct ReadFlags {
     /// dialect of the program's header (0.1: ldmicro-2.3, 0.2: ldmicro-5).
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     pub dialect: Option<LadderDialect>,
-    /// The notation of the program: ld (LDmicro) or il (Instruction List). Default: the one that the content
-    /// or the extension shows.
+    /// The notation of the program: ld (LDmicro), il (Instruction List) or grid (CSLadder). Default: the one
+    /// that the content or the extension shows.
     #[arg(long = "format", value_name = "NOTATION", value_parser = parse_notation)]
     notation: Option<Notation>,
     /// Time of a scan in milliseconds, in place of CYCLE=. Default for Instruction List, which has no CYCLE=:

@@ -73,8 +73,11 @@ fn converted(program: &LadderProgram, to: Notation) -> Result<(String, Vec<Diagn
             Ok((ladder::write(&converted.program), converted.notes))
         }
         // The notation stays: the canonical text.
-        Notation::InstructionList | Notation::Ldmicro | Notation::PlcOpen | Notation::OpenPlc | Notation::Rockwell => {
-            Ok((ladder::write(program), Vec::new()))
-        }
+        Notation::InstructionList
+        | Notation::Ldmicro
+        | Notation::PlcOpen
+        | Notation::OpenPlc
+        | Notation::Rockwell
+        | Notation::Grid => Ok((ladder::write(program), Vec::new())),
     }
 }

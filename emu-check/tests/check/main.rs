@@ -9,6 +9,7 @@ mod examples;
 mod faults;
 mod foreign;
 mod fuzz;
+mod grid;
 mod instruction_list;
 mod paces;
 mod pages;

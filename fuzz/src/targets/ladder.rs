@@ -24,6 +24,35 @@ pub(crate) fn ld(data: &[u8]) {
     assert_eq!(again.as_ref().map(write).as_deref(), Some(text.as_str()), "it comes back as it was written");
 }
 
+/// Reads grids; written and read again, they must give the same text and paths. Converts them to LDmicro.
+pub(crate) fn grid(data: &[u8]) {
+    let text = String::from_utf8_lossy(data);
+    let Ok(grids) = ladder::grid::read("fuzz.grid", &text) else { return };
+    let written = ladder::grid::write(&grids);
+    let again = ladder::grid::read("fuzz.grid", &written).ok();
+    assert_eq!(again.as_ref().map(ladder::grid::write).as_ref(), Some(&written), "it comes back as it was written");
+    let settings = ladder::il::il_settings(ladder::IL_CYCLE_US);
+    let resolved = ladder::il::to_ladder(&ladder::grid::to_instruction_list(&grids), settings);
+    let program = resolved.expect("sound grids are sound instructions").program;
+    _ = ladder::convert::to_ldmicro(&program);
+    if let Ok(mut evaluator) = Evaluator::new(&program) {
+        (0..SCANS).for_each(|_| evaluator.scan());
+    }
+}
+
+/// Converts a program of LDmicro to Instruction List and back.
+pub(crate) fn convert(data: &[u8]) {
+    let Some(program) = read(data).filter(|program| !check(program).iter().any(|fault| fault.is_error())) else {
+        return;
+    };
+    let Ok(converted) = ladder::convert::to_instruction_list(&program) else { return };
+    let cycle_us = program.settings.cycle_us;
+    let resolved = ladder::il::to_ladder(&converted.program, ladder::il::il_settings(cycle_us));
+    if let Ok(resolved) = resolved {
+        _ = ladder::convert::to_ldmicro(&resolved.program);
+    }
+}
+
 /// Evaluates a program without faults, and compiles it for a chip of each family.
 pub(crate) fn compile(data: &[u8]) {
     let Some(program) = read(data) else { return };

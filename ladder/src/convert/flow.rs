@@ -50,6 +50,7 @@ impl IlEmitter<'_> {
                 self.emit(IlOperation::Return(IlCondition::IfTrue));
                 return;
             }
+            // GOSUB and its subprogram; only elements of the flow come here.
             _ => {
                 let cause = format!("Instruction List has no subprograms, as in `{}`", crate::element_text(element));
                 return self.refuse(cause, "write the rungs of the subprogram at the place of each GOSUB");

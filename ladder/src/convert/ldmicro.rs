@@ -302,31 +302,31 @@ impl<'a> LdBuilder<'a> {
     ///
     /// # Errors
     /// LDmicro has no integer of this type.
-    pub(super) fn integer(&self, operand: &IlOperand) -> Result<LadderOperand, String> {
+    pub(super) fn integer(&self, operand: &IlOperand) -> Result<LadderOperand, OperandFault> {
         match (self.symbol_of(operand), &operand.kind) {
             (Some((name, iec_type)), _) => self.integer_symbol(&name, &iec_type),
             (None, IlOperandKind::Literal(literal)) => match literal.value {
                 IlValue::Integer { value, .. } => Ok(constant(value)),
-                IlValue::Bool(_) | IlValue::Time(_) => Err("LDmicro compares integers".to_owned()),
+                IlValue::Bool(_) | IlValue::Time(_) => Err(OperandFault::NoInteger),
             },
-            (None, _) => Err("the operand is no integer".to_owned()),
+            (None, _) => Err(OperandFault::NoInteger),
         }
     }
 
     /// Returns a symbol as an operand of an integer element.
-    fn integer_symbol(&self, name: &str, iec_type: &IecType) -> Result<LadderOperand, String> {
+    fn integer_symbol(&self, name: &str, iec_type: &IecType) -> Result<LadderOperand, OperandFault> {
         if !matches!(iec_type, IecType::Sint | IecType::Int | IecType::Dint) {
-            return Err(format!("`{name}` is {}; integers of LDmicro are SINT, INT and DINT", iec_type.keyword()));
+            return Err(OperandFault::Type { name: name.to_owned(), keyword: iec_type.keyword().to_owned() });
         }
         Ok(self.constant_of(name).map_or_else(|| LadderOperand::Var(self.name_of(name)), constant))
     }
 
     /// Returns a source of a line as an operand.
-    pub(super) fn source_integer(&self, source: &IlSource) -> Result<LadderOperand, String> {
+    pub(super) fn source_integer(&self, source: &IlSource) -> Result<LadderOperand, OperandFault> {
         match source {
             IlSource::Constant(value) => Ok(constant(*value)),
             IlSource::Symbol(TypedSymbol { name, iec_type, .. }) => self.integer_symbol(name, iec_type),
-            IlSource::Result => Err("the line takes the current result".to_owned()),
+            IlSource::Result => Err(OperandFault::Result),
         }
     }
 
@@ -388,6 +388,25 @@ impl<'a> LdBuilder<'a> {
             self.widths.insert(name.to_owned(), bytes);
         }
     }
+}
+
+/// Why LDmicro has no such operand.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(super) enum OperandFault {
+    /// It is neither a symbol nor a number.
+    #[error("the operand is no integer")]
+    NoInteger,
+    /// It has another type.
+    #[error("`{name}` is {keyword}; integers of LDmicro are SINT, INT and DINT")]
+    Type {
+        /// Name of the symbol.
+        name: String,
+        /// Keyword of its type.
+        keyword: String,
+    },
+    /// It is the current result.
+    #[error("the line takes the current result")]
+    Result,
 }
 
 /// Returns a constant operand.

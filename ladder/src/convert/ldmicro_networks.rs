@@ -8,7 +8,7 @@ use crate::il::{
 };
 use crate::model::{CompareOp, Element, FlowOp, LadderOperand, MathOp, Rung, RungNode};
 
-use super::ldmicro::{LdBuilder, constant, label_text};
+use super::ldmicro::{LdBuilder, OperandFault, constant, label_text};
 
 /// GOTO of the number of a rung beyond the last one ends the scan.
 const END_OF_SCAN: &str = "99999";
@@ -160,8 +160,8 @@ impl LdBuilder<'_> {
                     | IlBinaryOperator::Div
                     | IlBinaryOperator::Mod => return Err((pos, "it is no comparison".to_owned())),
                 };
-                let op1 = self.integer(left).map_err(|cause| (pos, cause))?;
-                let op2 = self.integer(right).map_err(|cause| (pos, cause))?;
+                let op1 = self.integer(left).map_err(|fault| (pos, fault.to_string()))?;
+                let op2 = self.integer(right).map_err(|fault| (pos, fault.to_string()))?;
                 vec![RungNode::Leaf(Element::Compare { op, op1, op2 }, pos)]
             }
             LadderLogic::Series(parts) => {
@@ -238,7 +238,7 @@ impl LdBuilder<'_> {
         pos: Pos,
     ) -> Result<(), Option<(Pos, String)>> {
         let fault = |cause: &str| Err(Some((pos, cause.to_owned())));
-        let at = |cause: String| Some((pos, cause));
+        let at = |fault: OperandFault| Some((pos, fault.to_string()));
         let is_begun = !calculation.operations.is_empty();
         if calculation.end.is_some() || is_begun && matches!(action, IlAction::Load { .. }) {
             return Err(None);

@@ -29,7 +29,7 @@ use diag::{Diagnostic, Pos, Severity};
 use crate::il::{IlProgram, IlSection};
 use crate::model::{LadderDialect, LadderProgram};
 
-pub use codes::CONVERT_CODES;
+pub use codes::{CONVERT_CODES, NOT_CONVERTED};
 use emitter::IlEmitter;
 use facts::SourceFacts;
 pub use ldmicro::{ConvertedLadder, to_ldmicro};
