@@ -111,7 +111,8 @@ fn images_are_what_their_sources_say() {
     for (source, &(_, chip)) in sources {
         let text = fs::read_to_string(&source).expect("a source");
         let image = emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{}: {e}", source.display()));
-        let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, s.bytes.as_slice())).collect();
+        let segments: Vec<_> =
+            image.segments.iter().map(|s| emu_core::image::HexSegment { addr: s.addr, bytes: &s.bytes }).collect();
         let hex = emu_core::image::write_hex(&segments);
         let file = source.with_extension("hex");
         if std::env::var_os("EMU_BLESS").is_some() {

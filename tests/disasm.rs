@@ -115,7 +115,8 @@ fn random_words_come_back() {
                 }
                 random(&mut rng, chip, space, &mut parts);
             }
-            let parts: Vec<(u32, &[u8])> = parts.iter().map(|(addr, bytes)| (*addr, &bytes[..])).collect();
+            let parts: Vec<_> =
+                parts.iter().map(|(addr, bytes)| emu_core::image::HexSegment { addr: *addr, bytes }).collect();
             let hex = write_hex(&parts);
             let image = loaded(chip, "random", hex.as_bytes()).expect("an image");
             words += image.segments.iter().map(|s| s.bytes.len()).sum::<usize>();

@@ -23,7 +23,8 @@ fn read(name: &str) -> String {
 fn the_hex_files_belong_to_their_sources() {
     for name in ["hello", "blink", "mode0"] {
         let image = assemble::image(&read(&format!("{name}.s"))).unwrap_or_else(|e| panic!("{name}.s: {e}"));
-        let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, &s.bytes[..])).collect();
+        let segments: Vec<_> =
+            image.segments.iter().map(|s| emu_core::image::HexSegment { addr: s.addr, bytes: &s.bytes }).collect();
         let hex = write_hex(&segments);
         if std::env::var_os("EMU_WRITE").is_some() {
             std::fs::write(example(&format!("{name}.hex")), &hex).unwrap_or_else(|e| panic!("{name}.hex: {e}"));

@@ -12,7 +12,7 @@ use data::{
     BITS as COMMON_BITS, BITS_BUS, BITS_NO_TIMER2, BITS_TIMER2, DIP20, PORT_1_TIMER2, PORT_3, PORT_3_BUS, REGS,
     REGS_AT89S, REGS_BUS, REGS_T2MOD, REGS_TIMER2, dip40, regs,
 };
-use emu_core::chip::{Chip, ChipFamily, NamedAddress};
+use emu_core::chip::{Chip, ChipFamily, ChipSpace, NamedAddress};
 use emu_core::image::{ImageSpace, WordBits};
 
 /// The variant of timer 2.
@@ -127,7 +127,12 @@ pub const MCS51_PARTS: &[Mcs51Part] = &[
             on_chip_flash_bytes: 0x1000,
             hex_spaces: &[ImageSpace { name: "code", start: 0, len: 0x1000, word: 1, word_bits: WordBits::All }],
             elf_spaces: &[ImageSpace { name: "code", start: 0, len: 0x1000, word: 1, word_bits: WordBits::All }],
-            spaces: &[("code", 0x1000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1)],
+            spaces: &[
+                ChipSpace::new("code", 0x1000, 1),
+                ChipSpace::new("idata", 128, 1),
+                ChipSpace::new("sfr", 256, 1),
+                ChipSpace::new("bit", 256, 1),
+            ],
             ..AT89C2051.chip
         },
         ..AT89C2051
@@ -189,7 +194,13 @@ pub(crate) const I8051: Mcs51Part = Mcs51Part {
         words_per_vector: VECTOR_WORDS,
         packages: &[],
         later_vectors_back_words: LATER_VECTORS_BACK,
-        spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
+        spaces: &[
+            ChipSpace::new("code", 0x1_0000, 1),
+            ChipSpace::new("idata", 128, 1),
+            ChipSpace::new("sfr", 256, 1),
+            ChipSpace::new("bit", 256, 1),
+            ChipSpace::new("xdata", 0x1_0000, 1),
+        ],
         observable_spaces: &[("idata", 0), ("sfr", 0), ("bit", 0), ("xdata", 0)],
         // SP, DPL, DPH, PSW, ACC, B.
         implicit_accesses: &[("sfr", 0x81), ("sfr", 0x82), ("sfr", 0x83), ("sfr", 0xD0), ("sfr", 0xE0), ("sfr", 0xF0)],
@@ -214,7 +225,13 @@ const I8052: Mcs51Part = Mcs51Part {
         constants: || [PORT_3, PORT_3_BUS, PORT_1_TIMER2].concat(),
         pins: dip40!("T2" "T2EX" "" "" "" "" "" ""),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL", "TIMER2"],
-        spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
+        spaces: &[
+            ChipSpace::new("code", 0x1_0000, 1),
+            ChipSpace::new("idata", 256, 1),
+            ChipSpace::new("sfr", 256, 1),
+            ChipSpace::new("bit", 256, 1),
+            ChipSpace::new("xdata", 0x1_0000, 1),
+        ],
         ..I8051.chip
     },
     iram_bytes: 256,
@@ -261,7 +278,12 @@ const AT89C2051: Mcs51Part = Mcs51Part {
         bits: regs!(COMMON_BITS, BITS_NO_TIMER2),
         constants: || PORT_3.to_vec(),
         pins: DIP20,
-        spaces: &[("code", 0x800, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1)],
+        spaces: &[
+            ChipSpace::new("code", 0x800, 1),
+            ChipSpace::new("idata", 128, 1),
+            ChipSpace::new("sfr", 256, 1),
+            ChipSpace::new("bit", 256, 1),
+        ],
         ..AT89C51.chip
     },
     has_bus: false,

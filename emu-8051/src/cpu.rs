@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, rewrite_bit};
-use emu_core::engine::RunState;
+use emu_core::engine::{ReadyExecutor, RunState};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::state::SnapshotDamaged;
@@ -52,13 +52,21 @@ pub struct Mcs51Readings {
 /// An MCS-51 chip with its program. A clone is a snapshot; large memories are shared until they change.
 #[derive(Debug, Clone)]
 pub struct Mcs51 {
+    /// The row of the chip.
     pub(crate) part: &'static Mcs51Part,
+    /// Registers and clock of the core.
     pub(crate) core: CoreRegisters,
+    /// Internal RAM. Chips with 128 bytes use the lower half.
     pub(crate) ram: [u8; 256],
+    /// External data memory; copied on write.
     pub(crate) xdata: Arc<[u8; ADDRESS_SPACE]>,
+    /// Program memory with its predecoded form; copied on write.
     pub(crate) code: Arc<CodeMemory>,
+    /// The chip around the core.
     pub(crate) soc: Mcs51Soc,
+    /// Whether program and external data memory are one memory.
     pub(crate) is_unified: bool,
+    /// What the run loop remembers between bursts.
     pub(crate) run_state: RunState,
 }
 
@@ -130,7 +138,10 @@ impl Mcs51 {
     }
 
     /// The core at an instruction boundary, ready for a burst.
-    pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
+    pub(crate) fn executor<'a, P: Probe>(
+        &'a mut self,
+        probe: &'a mut P,
+    ) -> ReadyExecutor<Executor<'a, P>, &'a CodeMemory> {
         let code: &CodeMemory = &self.code;
         let executor = Executor {
             core: self.core,
@@ -143,7 +154,7 @@ impl Mcs51 {
             bus: &mut self.soc,
             probe,
         };
-        (executor, code)
+        ReadyExecutor { executor, code }
     }
 
     /// Writes a byte of external memory, which can be program memory too.

@@ -10,9 +10,18 @@ use crate::cpu::Mcs51;
 use crate::isa::Mcs51OpKind;
 use crate::predecode::BANKED;
 
+/// The core registers that an iteration of a polling loop must repeat.
+#[derive(PartialEq)]
+pub struct LoopState {
+    acc: u32,
+    b: u32,
+    psw: u8,
+    dptr: u32,
+    other_dptr: u32,
+}
+
 impl CpuEngine for Mcs51 {
-    /// A, B, PSW and the data pointers.
-    type CoreState = (u32, u32, u8, u32, u32);
+    type CoreState = LoopState;
 
     emu_core::engine_methods!();
 
@@ -27,7 +36,8 @@ impl CpuEngine for Mcs51 {
         let Some(vector) = self.soc.pending_interrupt(now) else { return false };
         self.soc.acknowledge_interrupt(vector, now);
         probe.on_interrupt(now, vector);
-        self.core = self.executor(probe).0.enter_interrupt(u32::from(vector) * VECTOR_WORDS - LATER_VECTORS_BACK);
+        self.core =
+            self.executor(probe).executor.enter_interrupt(u32::from(vector) * VECTOR_WORDS - LATER_VECTORS_BACK);
         true
     }
 
@@ -46,7 +56,7 @@ impl CpuEngine for Mcs51 {
     }
     fn core_state(&self) -> Self::CoreState {
         let core = &self.core;
-        (core.acc, core.b, core.psw(), core.dptr, core.other_dptr)
+        LoopState { acc: core.acc, b: core.b, psw: core.psw(), dptr: core.dptr, other_dptr: core.other_dptr }
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
@@ -56,7 +66,7 @@ impl CpuEngine for Mcs51 {
                 return Err(ProgramError::Illegal { pc, word: u16::from(self.code.bytes[pc as usize]) });
             }
             Mcs51OpKind::RewriteCode => self.run_external_access(pc, probe),
-            _ => self.core = self.executor(probe).0.single(op),
+            _ => self.core = self.executor(probe).executor.single(op),
         }
         Ok(())
     }
@@ -78,11 +88,11 @@ impl Mcs51 {
         let by_register = matches!(op.kind, Mcs51OpKind::MovxAInd | Mcs51OpKind::MovxIndA);
         let addr = if by_register { u16::from_le_bytes(page) } else { self.core.dptr as u16 };
         if self.part.has_bus {
-            self.core = self.executor(probe).0.single(op);
+            self.core = self.executor(probe).executor.single(op);
             let value = self.xdata[usize::from(addr)];
             self.write_external(addr, value);
         } else {
-            self.core = self.executor(&mut ()).0.single(op);
+            self.core = self.executor(&mut ()).executor.single(op);
             self.write_external(addr, 0xFF);
         }
     }

@@ -5,8 +5,8 @@
 //! paths take scalars.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
-use emu_core::dispatch;
 use emu_core::machine::{BodyMachine, ByteValue, WideValue};
+use emu_core::{RegisterRead, dispatch};
 
 use crate::core_state::CoreRegisters;
 #[allow(clippy::wildcard_imports)]
@@ -103,7 +103,7 @@ impl<P: Probe> Executor<'_, P> {
             return value;
         }
         let at = self.read_cycle();
-        let (value, effect) = read_bus(self.bus, addr, latch, at);
+        let RegisterRead { value, effect } = read_bus(self.bus, addr, latch, at);
         self.apply_bus_effect(effect);
         value
     }
@@ -135,7 +135,7 @@ impl<P: Probe> Executor<'_, P> {
 
 /// Reads a register of the chip; outlined.
 #[inline(never)]
-fn read_bus(bus: &mut Mcs51Soc, addr: u8, latch: bool, at: u64) -> (u8, BusEffect) {
+fn read_bus(bus: &mut Mcs51Soc, addr: u8, latch: bool, at: u64) -> RegisterRead {
     let addr = u16::from(addr);
     if latch { bus.read_latch(addr, at) } else { bus.read(addr, at) }
 }

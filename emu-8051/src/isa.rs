@@ -8,7 +8,7 @@ use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
     DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, MatchedRow, Operand,
-    PredecodedOp, SyntaxAlias, disassemble as disassemble_line, instruction_bits, instruction_words,
+    PredecodedOp, SyntaxAlias, alias, disassemble as disassemble_line, instruction_bits, instruction_words,
 };
 
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, Rel, Ri, Rn};
@@ -289,13 +289,13 @@ fn flow(row: usize) -> FlowKind {
 #[rustfmt::skip]
 pub const ALIASES: &[SyntaxAlias] = &[
     // Assemblers accept this as a general call and choose a form; here it is the long one.
-    ("call", "t", "lcall", "t"),
+    alias("call", "t", "lcall", "t"),
     // as31 accepts the sum in any order, and `!` for the complement of a bit.
-    ("jmp",  "@DPTR+A",    "jmp",  "@A+DPTR"),
-    ("movc", "A, @DPTR+A", "movc", "A,@A+DPTR"),
-    ("movc", "A, @PC+A",   "movc", "A,@A+PC"),
-    ("anl",  "C, !b",      "anl",  "C,/b"),
-    ("orl",  "C, !b",      "orl",  "C,/b"),
+    alias("jmp",  "@DPTR+A",    "jmp",  "@A+DPTR"),
+    alias("movc", "A, @DPTR+A", "movc", "A,@A+DPTR"),
+    alias("movc", "A, @PC+A",   "movc", "A,@A+PC"),
+    alias("anl",  "C, !b",      "anl",  "C,/b"),
+    alias("orl",  "C, !b",      "orl",  "C,/b"),
 ];
 
 /// Number of bits of a program word.

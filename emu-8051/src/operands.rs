@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use emu_core::CoreError;
-use emu_core::table::{InstructionLocation, Operand, OperandKind, PredecodedOp, RamOperand};
+use emu_core::table::{InstructionLocation, Operand, OperandKind, PredecodedOp, RamOperand, check_field};
 
 use crate::chips::{BITS, SFRS};
 
@@ -39,29 +39,29 @@ macro_rules! operands {
 operands! {
     /// A register of the selected bank, R0 to R7.
     Rn(u8) false "register R0 to R7"
-        value unchanged, raw |v, b, _| check_range(v, b, "register"), text write_register, named |t| parse_register(t, 8), number reject_number;
+        value unchanged, raw |v, b, _| check_field(v, b, "register"), text write_register, named |t| parse_register(t, 8), number reject_number;
     /// A register used as a pointer, R0 or R1.
     Ri(u8) false "register R0 or R1"
-        value unchanged, raw |v, b, _| check_range(v, b, "register"), text write_register, named |t| parse_register(t, 2), number reject_number;
+        value unchanged, raw |v, b, _| check_field(v, b, "register"), text write_register, named |t| parse_register(t, 2), number reject_number;
     /// A direct address: RAM below 80h, special function registers from 80h on.
     Dir(u8) false "direct address"
-        value unchanged, raw |v, b, _| check_range(v, b, "address"), text write_byte, named parse_byte, number OperandKind::same_number;
+        value unchanged, raw |v, b, _| check_field(v, b, "address"), text write_byte, named parse_byte, number OperandKind::same_number;
     /// A bit address: below 80h a bit of the RAM bytes 20h to 2Fh, from 80h on a bit of a special function
     /// register whose address is divisible by 8.
     BitAddr(u8) false "bit address"
-        value unchanged, raw |v, b, _| check_range(v, b, "bit address"), text write_bit, named parse_bit, number OperandKind::same_number;
+        value unchanged, raw |v, b, _| check_field(v, b, "bit address"), text write_bit, named parse_bit, number OperandKind::same_number;
     /// A constant byte. A negative value is the low byte of its 16-bit two's complement, whose high byte must
     /// be all ones (Intel, MCS-51 Macro Assembler User's Guide, range of 8-bit values): `NOT 0F0H` is 0Fh.
     Imm(u8) false "constant"
-        value unchanged, raw |v, b, _| if (-0x100..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_range(v, b, "constant") },
+        value unchanged, raw |v, b, _| if (-0x100..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_field(v, b, "constant") },
         text write_hex2, named OperandKind::never_a_name, number OperandKind::same_number;
     /// The constant of MOV DPTR.
     Imm16(u16) true "constant"
-        value unchanged, raw |v, b, _| if (-0x1_0000..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { check_range(v, b, "constant") },
+        value unchanged, raw |v, b, _| if (-0x1_0000..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { check_field(v, b, "constant") },
         text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
     /// The target of LJMP and LCALL.
     Abs(u16) true "target"
-        value unchanged, raw |v, b, _| check_range(v, b, "target"), text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
+        value unchanged, raw |v, b, _| check_field(v, b, "target"), text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
     /// The target of AJMP and ACALL, in the 2 KB page of the next instruction.
     Page(u16) true "target in the page"
         value |raw, _, site| (next_address(site) & 0xF800 | raw as i32) & 0xFFFF, raw in_page, text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
@@ -131,15 +131,6 @@ impl RamOperand for BitAddr {
 /// Converts a plain field: the value is the field.
 fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
-}
-
-fn check_range(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
-    let most = (1 << bits) - 1;
-    if (0..=most).contains(&value) {
-        Ok(value as u32)
-    } else {
-        Err(CoreError::OutOfRange { what, value, low: 0, high: most })
-    }
 }
 
 /// Address of the next instruction.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use emu_core::cpu::Cpu;
 use emu_core::engine::RunState;
-use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state};
+use emu_core::state::{CellWrite, SnapshotDamaged, SnapshotState, StateTape, load_state};
 
 use crate::core_state::CoreRegisters;
 use crate::cpu::Mcs51;
@@ -29,7 +29,7 @@ impl SnapshotState for Mcs51 {
             let xdata: &mut [u8; ADDRESS_SPACE] = Arc::make_mut(&mut self.xdata);
             tape.pass_memory(xdata)?;
         }
-        for (addr, byte) in self.code.changes.pass_state(&*self.code.bytes, tape)? {
+        for CellWrite { index: addr, value: byte } in self.code.changes.pass_state(&*self.code.bytes, tape)? {
             Arc::make_mut(&mut self.code).poke(addr as u16, byte);
         }
         self.run_state = RunState { skip_idle_loops: self.run_state.skip_idle_loops, ..RunState::START };

@@ -168,7 +168,8 @@ fn memories() {
         let mut wanted = vec![("code", code, 1), ("idata", u32::from(p.iram_bytes), 1), ("sfr", 256, 1)];
         wanted.push(("bit", 256, 1));
         wanted.extend(p.has_bus.then_some(("xdata", 65536, 1)));
-        assert_eq!(c.spaces, wanted, "{name}");
+        let spaces: Vec<_> = c.spaces.iter().map(|space| (space.name, space.size, space.width)).collect();
+        assert_eq!(spaces, wanted, "{name}");
         assert_eq!((c.code_space, c.ram_space, c.reg_space), ("code", "idata", "sfr"), "{name}");
         assert_eq!(
             (c.flash_bytes, c.ram_start, c.ram_len, c.eeprom_bytes, c.word_bytes),
@@ -327,7 +328,7 @@ fn pins_have_the_names_of_what_they_do() {
                 continue;
             }
             for (name, addr) in names.split_whitespace().filter_map(|pair| pair.split_once('=')) {
-                let found = ours.iter().find(|row| row.0 == name).map(|row| format!("{:X}", row.1));
+                let found = ours.iter().find(|row| row.name == name).map(|row| format!("{:X}", row.value));
                 assert_eq!(found.as_deref().unwrap_or("-"), addr, "{}: {name}", part.chip.name);
             }
         }

@@ -1,6 +1,7 @@
 //! Checks that the page of instructions agrees with the table.
 //! `EMU_BLESS=1 cargo test -p plcemu-8051 --test docs` writes the page again.
 
+use emu_core::table::SyntaxAlias;
 use emu_test_support::assert_file;
 
 #[test]
@@ -14,7 +15,7 @@ fn the_page_of_instructions_is_the_table() {
     );
     page.push_str(&emu_core::table::instruction_list_markdown(emu_8051::isa::ROWS));
     page.push_str("\nOther spellings that the assembler takes:\n\n| written | means |\n|---|---|\n");
-    for (name, syntax, target, text) in emu_8051::isa::ALIASES {
+    for SyntaxAlias { mnemonic: name, syntax, row_mnemonic: target, row_operands: text } in emu_8051::isa::ALIASES {
         page.push_str(&format!("| `{name} {syntax}` | `{target} {}` |\n", text.replace(',', ", ")));
     }
     assert_file(path, &page);

@@ -127,7 +127,7 @@ fn check_names(part: &Mcs51Part, header: &Header, found: &mut BTreeSet<String>) 
     for reg in chip.regs.iter().filter(|reg| header.registers.get(reg.name) != Some(&reg.addr)) {
         found.insert(format!("register {} {:X}", reg.name, reg.addr));
     }
-    let constants: BTreeMap<_, _> = (part.chip.constants)().into_iter().collect();
+    let constants: BTreeMap<_, _> = (part.chip.constants)().into_iter().map(|one| (one.name, one.value)).collect();
     for (name, &at) in &header.bits {
         // Pins and numbered bits have an underscore in place of the dot.
         let ours = chip.bit(name).or_else(|| chip.bit(&name.replace('_', ".")));

@@ -1,6 +1,6 @@
 //! The only chip of the family, as data.
 
-use emu_core::chip::{Chip, ChipFamily, NamedAddress, PinDef};
+use emu_core::chip::{Chip, ChipFamily, ChipSpace, NamedAddress, PinDef};
 use emu_core::image::{ImageSpace, WordBits};
 use emu_core::pins::PinId;
 
@@ -19,18 +19,27 @@ pub const PIN_COUNT: usize = CLEAR_PIN as usize + 1;
 /// Maximum length of the name of a channel.
 const NAME: usize = 4;
 
+/// The name of a channel.
+#[derive(Clone, Copy)]
+struct ChannelName {
+    /// A letter and a number of up to three digits; zeros after them.
+    letters: [u8; NAME],
+    /// The number of characters.
+    len: usize,
+}
+
 /// The name of a channel, a letter and a number of up to three digits, and its length.
-const fn channel(letter: u8, n: u16) -> ([u8; NAME], usize) {
+const fn channel(letter: u8, n: u16) -> ChannelName {
     let (hundreds, tens, ones) = (b'0' + (n / 100) as u8, b'0' + (n / 10 % 10) as u8, b'0' + (n % 10) as u8);
     match n {
-        0..=9 => ([letter, ones, 0, 0], 2),
-        10..=99 => ([letter, tens, ones, 0], 3),
-        _ => ([letter, hundreds, tens, ones], 4),
+        0..=9 => ChannelName { letters: [letter, ones, 0, 0], len: 2 },
+        10..=99 => ChannelName { letters: [letter, tens, ones, 0], len: 3 },
+        _ => ChannelName { letters: [letter, hundreds, tens, ones], len: 4 },
     }
 }
 
-const fn names() -> [([u8; NAME], usize); FIRST_OUTPUT as usize + OUTPUTS as usize] {
-    let mut names = [([0; NAME], 0); FIRST_OUTPUT as usize + OUTPUTS as usize];
+const fn names() -> [ChannelName; FIRST_OUTPUT as usize + OUTPUTS as usize] {
+    let mut names = [ChannelName { letters: [0; NAME], len: 0 }; FIRST_OUTPUT as usize + OUTPUTS as usize];
     let mut i = 0;
     while i < names.len() {
         let n = i as u16;
@@ -40,10 +49,10 @@ const fn names() -> [([u8; NAME], usize); FIRST_OUTPUT as usize + OUTPUTS as usi
     names
 }
 
-const NAMES: &[([u8; NAME], usize)] = &names();
+const NAMES: &[ChannelName] = &names();
 
 const fn name(pin: usize) -> &'static str {
-    let (letters, len) = &NAMES[pin];
+    let ChannelName { letters, len } = &NAMES[pin];
     match std::str::from_utf8(letters.split_at(*len).0) {
         Ok(name) => name,
         Err(_) => "",
@@ -102,13 +111,13 @@ pub static AP101: Chip = Chip {
     packages: &[],
     later_vectors_back_words: 0,
     spaces: &[
-        ("code", SPAN as u32, 2),
-        ("i", 512, 1),
-        ("e", 256, 1),
-        ("m", 512, 1),
-        ("r", 384, 1),
-        ("preset", 128, 2),
-        ("value", 128, 2),
+        ChipSpace::new("code", SPAN as u32, 2),
+        ChipSpace::new("i", 512, 1),
+        ChipSpace::new("e", 256, 1),
+        ChipSpace::new("m", 512, 1),
+        ChipSpace::new("r", 384, 1),
+        ChipSpace::new("preset", 128, 2),
+        ChipSpace::new("value", 128, 2),
     ],
     observable_spaces: &[("i", 0), ("e", 0), ("m", 0), ("r", 0)],
     implicit_accesses: &[],

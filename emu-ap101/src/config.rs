@@ -220,14 +220,14 @@ impl Ap101Config {
     /// # Errors
     /// All faults of the block, in order of address.
     pub fn read_config(image: &Image) -> Result<Ap101Config, Vec<ConfigDamage>> {
-        let found: Vec<(u32, u8)> = image.bytes_in("config").collect();
+        let found: Vec<_> = image.bytes_in("config").collect();
         if found.is_empty() {
             return Ok(Ap101Config::default());
         }
         let mut bytes = vec![0; CONFIG_BYTES as usize];
         image.fill("config", &mut bytes);
         let mut reader = ConfigReader { bytes: &bytes, damages: Vec::new() };
-        let gap = (0..CONFIG_BYTES).zip(&found).find(|(wanted, (addr, _))| wanted != addr).map(|(wanted, _)| wanted);
+        let gap = (0..CONFIG_BYTES).zip(&found).find(|(wanted, found)| *wanted != found.addr).map(|(wanted, _)| wanted);
         if let Some(gap) = gap.or((found.len() < CONFIG_BYTES as usize).then_some(found.len() as u32)) {
             reader.report_damage(
                 gap as usize,

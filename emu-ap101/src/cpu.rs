@@ -31,11 +31,17 @@ pub struct Options {
 /// An AP101 with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
 pub struct Ap101 {
+    /// The configuration block of the image.
     pub(crate) config: Arc<Ap101Config>,
+    /// The clock in hertz.
     pub(crate) hz: u64,
+    /// The result register, and what else the core holds.
     pub(crate) core: CoreRegisters,
+    /// The program.
     pub(crate) code: Arc<CodeMemory>,
+    /// The channels, modules and cells around the core.
     pub(crate) soc: Ap101Soc,
+    /// Where in its cycle of program and input reading the controller is.
     pub(crate) phase: ProgramPhase,
     /// The instruction fetched last.
     pub(crate) ric: u16,
@@ -47,7 +53,9 @@ pub struct Ap101 {
     pub(crate) running_program: Option<usize>,
     /// Number of program cycles that took longer than the period.
     pub(crate) overruns: u16,
+    /// What the run loop remembers between bursts.
     pub(crate) run_state: RunState,
+    /// Detects that the state repeats, so that whole cycles can be skipped.
     pub(crate) repetition: RepetitionDetector,
 }
 

@@ -214,7 +214,7 @@ impl<P: Probe> Ap101Machine for Executor<'_, P> {
 
     #[inline(always)]
     fn read_bit(&mut self, place: BitAddress) -> bool {
-        let bit = self.soc.read(place.0, self.cycle()).0 != 0;
+        let bit = self.soc.read(place.0, self.cycle()).value != 0;
         if P::DATA || P::LINT {
             self.report_bit_access(place, bit, false);
         }

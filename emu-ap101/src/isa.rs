@@ -7,8 +7,8 @@
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
-    disassemble as disassemble_line,
+    DisassembledInstruction, EncodeError, FlowKind, FoundRow, InstructionLocation, InstructionRow, PredecodedOp,
+    SyntaxAlias, disassemble as disassemble_line,
 };
 
 use crate::operands::{A, D, JumpTarget, X};
@@ -119,11 +119,21 @@ pub const SPAN: usize = 0x800;
 /// Bit 11 of a word: the address is relative to RX.
 pub const INDEXED: u16 = 0x800;
 
+/// A row of the instruction table with its kind.
+#[derive(Debug, Clone, Copy)]
+pub struct Ap101Row {
+    /// The row.
+    pub row: &'static InstructionRow,
+    /// The kind of the instruction.
+    pub kind: Ap101OpKind,
+}
+
 /// Finds the row of the instruction `word`, and its kind. Every word is an instruction.
 #[must_use]
-pub fn find_row(word: u16) -> (&'static InstructionRow, Ap101OpKind) {
-    let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word]).unwrap_or((ROWS.len() - 1, 0));
-    (&ROWS[i], KINDS[i])
+pub fn find_row(word: u16) -> Ap101Row {
+    let FoundRow { index: i, .. } =
+        emu_core::table::find_row(ROWS, WORD_BITS, &[word]).unwrap_or(FoundRow { index: ROWS.len() - 1, bits: 0 });
+    Ap101Row { row: &ROWS[i], kind: KINDS[i] }
 }
 
 const fn site(pc: u32) -> InstructionLocation {

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use emu_core::CoreError;
-use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand};
+use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand, check_field};
 
 /// Letters of the zones, indexed by bits 10 and 9 of an address.
 pub const ZONE_LETTERS: [char; 4] = ['I', 'E', 'R', 'M'];
@@ -114,9 +114,9 @@ macro_rules! operands {
 }
 
 operands! {
-    A "bit" |v| A(BitAddress(v)), raw |v, b, _| check_range(v, b, "address"), text write_address, named parse_zone;
-    X "bit behind RX" |v| X(BitAddress(v)), raw |v, b, _| check_range(v, b, "address"), text write_address, named parse_zone;
-    JumpTarget "target" JumpTarget, raw |v, b, _| check_range(v, b, "target"), text |v, out| { let _ = write!(out, "0x{v:03X}"); },
+    A "bit" |v| A(BitAddress(v)), raw |v, b, _| check_field(v, b, "address"), text write_address, named parse_zone;
+    X "bit behind RX" |v| X(BitAddress(v)), raw |v, b, _| check_field(v, b, "address"), text write_address, named parse_zone;
+    JumpTarget "target" JumpTarget, raw |v, b, _| check_field(v, b, "target"), text |v, out| { let _ = write!(out, "0x{v:03X}"); },
         named OperandKind::never_a_name;
     D "data" D, raw |v, _, _| Err(CoreError::NopWithData { word: 0xF000 | v & 0xFFF }),
         text |v, out| { let _ = write!(out, "{v}"); }, named OperandKind::never_a_name;
@@ -127,15 +127,6 @@ impl RamOperand for A {
     #[inline(always)]
     fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> CellOperand {
         CellOperand(A::decode_next(op, at).0.0)
-    }
-}
-
-fn check_range(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
-    let most = (1 << bits) - 1;
-    if (0..=most).contains(&value) {
-        Ok(value as u32)
-    } else {
-        Err(CoreError::OutOfRange { what, value, low: 0, high: most })
     }
 }
 

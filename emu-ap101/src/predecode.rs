@@ -9,7 +9,7 @@ use emu_core::table::{InstructionLocation, PredecodedOp};
 
 use crate::chips::FIRST_OUTPUT;
 use crate::config::{Ap101Config, InputSampling, MODULES, ProgramEntry};
-use crate::isa::{Ap101Op, Ap101OpKind, INDEXED, SHAPES, SPAN, find_row};
+use crate::isa::{Ap101Op, Ap101OpKind, Ap101Row, INDEXED, SHAPES, SPAN, find_row};
 use crate::operands::{BitAddress, BitLocation, IMAGE_START, M_START, ZONE_BITS};
 
 /// Number of ops of a program. Those after the end of program memory leave the hot loop, so that NA need not
@@ -188,7 +188,7 @@ impl CodeMemory {
 
     /// The location that an instruction of a program addresses; `None` if it has no such address.
     fn operand_location(&self, which: usize, word: u16) -> Option<BitLocation> {
-        match find_row(word).1 {
+        match find_row(word).kind {
             Ap101OpKind::Jmp
             | Ap101OpKind::JmpX
             | Ap101OpKind::Jmpc
@@ -207,7 +207,7 @@ impl CodeMemory {
 
     /// The effect of an instruction of a program on NA, assuming that a jump is taken.
     pub(crate) fn flow(&self, which: usize, word: u16) -> ProgramFlow {
-        let kind = find_row(word).1;
+        let kind = find_row(word).kind;
         let Some(ops) = self.programs.get(which) else { return ProgramFlow::WithinProgram };
         if !matches!(kind, Ap101OpKind::Jmp | Ap101OpKind::JmpX | Ap101OpKind::Jmpc | Ap101OpKind::JmpcX) {
             return ProgramFlow::WithinProgram;
@@ -228,7 +228,7 @@ impl CodeMemory {
 
     /// The op of an instruction in a program. With `quick`, an operand in plain memory uses its short kind.
     pub(crate) fn op(&self, which: usize, word: u16, quick: bool) -> Ap101Op {
-        let (row, kind) = find_row(word);
+        let Ap101Row { row, kind } = find_row(word);
         let op = row.predecode(kind, word.into(), &InstructionLocation::default());
         match kind {
             Ap101OpKind::Jmp | Ap101OpKind::JmpX | Ap101OpKind::Jmpc | Ap101OpKind::JmpcX => {

@@ -320,7 +320,7 @@ impl Ap101 {
         let (pc, word) = (self.core.next_address.wrapping_sub(1) % SPAN as u32, self.ric);
         let previous_ric = self.fetched_word.take().unwrap_or(word);
         self.core.next_address = pc;
-        let kind = find_row(word).1;
+        let kind = find_row(word).kind;
         let taken = matches!(kind, Ap101OpKind::Jmp | Ap101OpKind::JmpX) || self.core.a;
         let flow = if taken { self.code.flow(self.program_index, word) } else { ProgramFlow::WithinProgram };
         if let ProgramFlow::LeavesProgram(target) = flow {

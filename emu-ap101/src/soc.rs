@@ -1,5 +1,6 @@
 //! The parts around the core: input latches, M, output channels, modules, and their pins.
 
+use emu_core::RegisterRead;
 use std::convert::Infallible;
 
 use emu_core::cpu::{Bus, BusEffect, NEVER};
@@ -40,12 +41,15 @@ pub type Ap101Outbox = Outbox<Ap101Signal>;
 /// Channels, memory and modules.
 #[derive(Debug, Clone)]
 pub struct Ap101Soc {
+    /// Inputs and outputs.
     pub(crate) channels: Ap101Channels,
+    /// Timers and counters.
     pub(crate) modules: Ap101Modules,
     /// Levels driven on the pins from outside.
     driven_levels: Box<[PinLevel; PIN_COUNT]>,
     /// Future drives; their times are in clocks.
     drives: DriveQueue,
+    /// The edges for a probe.
     pub(crate) log: EventLog,
     /// Signals that wait; empty between calls.
     out: Ap101Outbox,
@@ -264,8 +268,8 @@ impl Bus for Ap101Soc {
     type Request = Infallible;
 
     #[inline(always)]
-    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
-        (self.read_location(BitAddress(reg), now), BusEffect::NONE)
+    fn read(&mut self, reg: u16, now: u64) -> RegisterRead {
+        RegisterRead { value: self.read_location(BitAddress(reg), now), effect: BusEffect::NONE }
     }
 
     fn peek(&self, reg: u16, now: u64) -> u8 {

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
+use emu_core::state::{CellWrite, SnapshotDamaged, SnapshotState, StateTape};
 
 use crate::cpu::Ap101;
 use crate::isa::SPAN;
@@ -21,7 +21,7 @@ impl SnapshotState for Ap101 {
         self.core.next_address = u32::from(na) + if behind { SPAN as u32 } else { 0 };
         tape.require(self.core.next_address <= SPAN as u32)?;
         (self.core.stop_requested, self.run_state.breakpoint_to_pass) = (false, None);
-        for (addr, word) in self.code.changes.pass_state(&*self.code.words, tape)? {
+        for CellWrite { index: addr, value: word } in self.code.changes.pass_state(&*self.code.words, tape)? {
             Arc::make_mut(&mut self.code).poke(addr as u32, word);
         }
         self.phase.pass_state(tape)?;

@@ -203,6 +203,7 @@ pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join:
     all
 }
 
+/// Returns the position after spaces and at most one comma.
 pub(crate) fn skip_comma(text: &str, at: usize) -> usize {
     let at = skip_space(text, at);
     if byte(text, at) == b',' { at + 1 } else { at }

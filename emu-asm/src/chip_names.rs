@@ -1,5 +1,6 @@
 //! Names that the chip defines: registers, bits and constants of the vendor's headers.
 
+use emu_core::NamedConstant;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -27,7 +28,8 @@ impl ChipNames {
         let registers =
             chip.regs.iter().map(|r| (r.name, AsmValue { is_register: true, ..AsmValue::of(r.addr.into()) }));
         let bits = chip.bits.iter().map(|b| (b.name, AsmValue::of(b.addr.into())));
-        let constants = (chip.constants)().into_iter().map(|(name, n)| (name, AsmValue::of(n.into())));
+        let constants =
+            (chip.constants)().into_iter().map(|NamedConstant { name, value: n }| (name, AsmValue::of(n.into())));
         let mut known = ChipNames { values: HashMap::new(), names: Vec::new() };
         for (name, value) in registers.chain(bits).chain(constants) {
             known.values.entry(name.to_ascii_lowercase()).or_insert(value);

@@ -30,8 +30,8 @@ pub fn named_chip(source: &[u8]) -> Option<String> {
     })
 }
 
-/// Returns the value of `p=`.
-fn processor_of(part: &str) -> Option<&str> {
+/// Returns the value of `p=` in an argument of LIST.
+pub(crate) fn processor_of(part: &str) -> Option<&str> {
     part.split_once('=').filter(|(key, _)| key.trim().eq_ignore_ascii_case("p")).map(|(_, value)| value)
 }
 

@@ -69,10 +69,12 @@ impl SourceTexts {
         text::wide_encoding(&self.files.get(file as usize)?.bytes)
     }
 
+    /// The lines of a file; empty if there is no such file.
     pub(crate) fn lines(&self, file: u32) -> Rc<[AsmLine]> {
         self.files.get(file as usize).map(|text| text.lines.clone()).unwrap_or_default()
     }
 
+    /// The name of a file; empty if there is no such file.
     pub(crate) fn name(&self, file: u32) -> &str {
         self.files.get(file as usize).map_or("", |text| &text.name)
     }

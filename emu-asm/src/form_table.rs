@@ -60,7 +60,7 @@ impl FormTable {
         let mut forms: HashMap<&'static str, Vec<InstructionForm>> = HashMap::new();
         let mut words: Vec<String> = Vec::new();
         let aliases =
-            isa.aliases.iter().map(|&(name, syntax, to, written)| (name, syntax, FormMeaning::Alias(to, written)));
+            isa.aliases.iter().map(|a| (a.mnemonic, a.syntax, FormMeaning::Alias(a.row_mnemonic, a.row_operands)));
         let rows = isa.rows.iter().enumerate().map(|(i, row)| (row.mnemonic, row.syntax, FormMeaning::Row(i)));
         for (name, syntax, means) in aliases.chain(rows) {
             let pieces = split_syntax(syntax);

@@ -47,7 +47,7 @@ mod value;
 
 use diag::text::to_display_text;
 use diag::{Diagnostic, Severity};
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, ChipSpace};
 use emu_core::image::{CONSTANT_SPACE, Image, SourceLines, SymbolAt};
 use emu_core::table::AsmError;
 
@@ -77,6 +77,7 @@ pub struct NamedText {
 }
 
 impl NamedText {
+    /// Makes a text with its name.
     pub(crate) fn new(name: impl Into<String>, text: impl Into<String>) -> NamedText {
         NamedText { name: name.into(), text: text.into() }
     }
@@ -175,7 +176,8 @@ fn image_of(asm: &mut Assembler<'_>) -> Image {
             Some(SymbolAt::new(to_display_text(name).into_owned(), space, addr, 0))
         })
         .collect();
-    let memory = |space: &str| asm.chip.spaces.iter().position(|(name, ..)| *name == space).unwrap_or(usize::MAX);
+    let memory =
+        |space: &str| asm.chip.spaces.iter().position(|ChipSpace { name, .. }| *name == space).unwrap_or(usize::MAX);
     symbols.sort_by(|a, b| (memory(a.space), a.addr, &a.name).cmp(&(memory(b.space), b.addr, &b.name)));
     Image {
         segments: std::mem::take(&mut asm.out.segments),
@@ -191,7 +193,8 @@ fn bit_of(chip: &Chip, register: &str) -> Option<(&'static str, u32)> {
     let zone =
         [('t', "r"), ('o', "e")].iter().find(|row| row.0 == zone).map_or(zone.to_string(), |row| row.1.to_owned());
     let number = register.get(1..)?.trim_start_matches('_').parse().ok()?;
-    let &(space, size, _) = chip.spaces.iter().find(|(name, ..)| chip.is_bit_controller() && *name == zone)?;
+    let &ChipSpace { name: space, size, .. } =
+        chip.spaces.iter().find(|ChipSpace { name, .. }| chip.is_bit_controller() && *name == zone)?;
     (number < size).then_some((space, number))
 }
 

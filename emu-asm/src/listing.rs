@@ -11,8 +11,11 @@ use crate::symbols::AsmSymbolKind;
 /// A listing, formatted on demand.
 #[derive(Debug, Clone, Default)]
 pub struct AsmListing {
+    /// The lines of the sources with what they emitted, in the order of assembly.
     pub(crate) rows: Vec<ListingRow>,
+    /// The symbols for the end of the listing.
     pub(crate) symbols: Vec<(String, i64, String)>,
+    /// The number of hexadecimal digits of an address.
     pub(crate) digits: usize,
 }
 

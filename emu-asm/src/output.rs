@@ -56,6 +56,7 @@ pub(crate) struct PassOutput {
     /// The section where the program begins.
     start_section: usize,
     pub bytes: Vec<u8>,
+    /// The bytes of the pass, in the order of assembly.
     pub(crate) runs: Vec<EmittedBytes>,
     pub list: Vec<ListedLine>,
     /// The image.

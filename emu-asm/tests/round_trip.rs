@@ -32,7 +32,7 @@ fn source(chip: &Chip, words: &[u16]) -> (String, usize) {
 /// Returns the bytes of program memory from address 0.
 fn program_bytes(chip: &'static Chip, text: &str) -> Result<Vec<u8>, String> {
     let image = assemble_text(chip, text).map_err(|refused| refused.to_string())?;
-    Ok(image.bytes_in(chip.hex_spaces[0].name).map(|(_, byte)| byte).collect())
+    Ok(image.bytes_in(chip.hex_spaces[0].name).map(|one| one.byte).collect())
 }
 
 /// Whether the assembler refuses the text of `word` on purpose: AP101 executes such words, but an operand

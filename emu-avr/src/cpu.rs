@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, rewrite_bit};
-use emu_core::engine::RunState;
-use emu_core::image::Image;
+use emu_core::engine::{ReadyExecutor, RunState};
+use emu_core::image::{AddressedByte, Image};
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
 
@@ -88,11 +88,17 @@ impl AvrReadings {
 /// An AVR chip with its program. A clone is a snapshot; clones share program memory until it changes.
 #[derive(Debug, Clone)]
 pub struct Avr {
+    /// The row of the chip.
     pub(crate) part: &'static AvrPart,
+    /// Program counter, flags and clock of the core.
     pub(crate) core: CoreRegisters,
+    /// Data memory; the core's registers are its first 32 bytes.
     pub(crate) data: DataMemory,
+    /// Program memory with its predecoded form; copied on write.
     pub(crate) code: Arc<CodeMemory>,
+    /// The chip around the core.
     pub(crate) soc: AvrSoc,
+    /// What the run loop remembers between bursts.
     pub(crate) run_state: RunState,
 }
 
@@ -122,7 +128,7 @@ impl Avr {
             rng.fill(&mut bytes[..32]);
             rng.fill(&mut bytes[usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)]);
         }
-        for (addr, byte) in image.bytes_in("data") {
+        for AddressedByte { addr, byte } in image.bytes_in("data") {
             // The peripherals initialize the chip's registers, so image bytes there are ignored.
             let i = addr as usize;
             if i < 32 || (usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)).contains(&i) {
@@ -186,10 +192,13 @@ impl Avr {
     }
 
     /// Returns an executor for a burst or a single instruction, and the code memory.
-    pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
+    pub(crate) fn executor<'a, P: Probe>(
+        &'a mut self,
+        probe: &'a mut P,
+    ) -> ReadyExecutor<Executor<'a, P>, &'a CodeMemory> {
         let code: &CodeMemory = &self.code;
         let executor = Executor { core: self.core, data: &mut self.data, code, bus: &mut self.soc, probe };
-        (executor, code)
+        ReadyExecutor { executor, code }
     }
 }
 

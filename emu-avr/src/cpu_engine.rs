@@ -10,8 +10,15 @@ use crate::flags::{SregFlag, SregFlags};
 use crate::isa::AvrOpKind;
 use crate::soc::CoreRequest;
 
+/// The core registers that an iteration of a polling loop must repeat.
+#[derive(PartialEq)]
+pub struct LoopState {
+    registers: [u8; 32],
+    flags: SregFlags,
+}
+
 impl CpuEngine for Avr {
-    type CoreState = ([u8; 32], SregFlags);
+    type CoreState = LoopState;
 
     emu_core::engine_methods!();
 
@@ -55,7 +62,7 @@ impl CpuEngine for Avr {
             self.soc.acknowledge_interrupt(vector, now);
             probe.on_interrupt(now, vector);
             let at = self.soc.vector_base() + u32::from(vector) * self.part.chip.words_per_vector;
-            self.core = self.executor(probe).0.enter_interrupt(at);
+            self.core = self.executor(probe).executor.enter_interrupt(at);
         }
         true
     }
@@ -79,7 +86,7 @@ impl CpuEngine for Avr {
         self.data.bytes[usize::from(number)] = value;
     }
     fn core_state(&self) -> Self::CoreState {
-        (std::array::from_fn(|r| self.data.bytes[r]), self.core.flags)
+        LoopState { registers: std::array::from_fn(|r| self.data.bytes[r]), flags: self.core.flags }
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
@@ -89,7 +96,7 @@ impl CpuEngine for Avr {
         if op.kind == AvrOpKind::Illegal {
             return Err(ProgramError::Illegal { pc, word: self.code.word(pc) });
         }
-        self.core = self.executor(probe).0.single(op);
+        self.core = self.executor(probe).executor.single(op);
         Ok(())
     }
 }

@@ -6,9 +6,9 @@
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, BusEffect, Probe};
-use emu_core::dispatch;
 use emu_core::machine::{BodyMachine, ByteValue, WideValue};
 use emu_core::table::PredecodedOp;
+use emu_core::{RegisterRead, dispatch};
 
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
@@ -146,7 +146,7 @@ impl<P: Probe> Executor<'_, P> {
             SPH => (self.core.sp >> 8) as u8,
             SREG => self.core.flags.pack(),
             _ => {
-                let (value, effect) = read_bus(self.bus, addr, self.access_cycle());
+                let RegisterRead { value, effect } = read_bus(self.bus, addr, self.access_cycle());
                 self.apply_bus_effect(effect);
                 value
             }
@@ -190,7 +190,7 @@ fn code_byte(code: &CodeMemory, bus: &mut AvrSoc, addr: u32, next: u32, end: u64
 /// Reads a byte of program memory at RAMPZ and `z` for an ELPM. If `inc` is set and `z` wraps, RAMPZ is
 /// incremented.
 #[inline(never)]
-fn far_code_byte(code: &CodeMemory, bus: &mut AvrSoc, (z, inc): (u16, bool), next: u32, end: u64) -> u8 {
+fn far_code_byte(code: &CodeMemory, bus: &mut AvrSoc, z: u16, inc: bool, next: u32, end: u64) -> u8 {
     let byte = code_byte(code, bus, bus.rampz_address(z), next, end);
     if inc && z == u16::MAX {
         bus.count_rampz();
@@ -200,7 +200,7 @@ fn far_code_byte(code: &CodeMemory, bus: &mut AvrSoc, (z, inc): (u16, bool), nex
 
 /// Reads a peripheral register. Addresses past the end of RAM read 0.
 #[inline(never)]
-fn read_bus(bus: &mut AvrSoc, addr: u16, at: u64) -> (u8, BusEffect) {
+fn read_bus(bus: &mut AvrSoc, addr: u16, at: u64) -> RegisterRead {
     bus.read(addr, at)
 }
 
@@ -345,7 +345,7 @@ impl<P: Probe> AvrMachine for Executor<'_, P> {
     }
     #[inline(always)]
     fn far_code_byte(&mut self, addr: WideValue, inc: bool) -> ByteValue {
-        ByteValue(far_code_byte(self.code, self.bus, (addr.0, inc), self.core.pc, self.core.clock.now()))
+        ByteValue(far_code_byte(self.code, self.bus, addr.0, inc, self.core.pc, self.core.clock.now()))
     }
     #[inline(always)]
     fn store_program(&mut self) {

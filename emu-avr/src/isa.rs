@@ -6,8 +6,8 @@
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, MatchedRow, PredecodedOp, SyntaxAlias,
-    disassemble as disassemble_line,
+    DisassembledInstruction, EncodeError, FlowKind, FoundRow, InstructionLocation, MatchedRow, PredecodedOp,
+    SyntaxAlias, alias, disassemble as disassemble_line,
 };
 
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
@@ -281,27 +281,27 @@ avr_table!(emu_core::define_isa { AvrOpKind; });
 /// mean.
 #[rustfmt::skip]
 pub const ALIASES: &[SyntaxAlias] = &[
-    ("lsl",  "d",    "add",  "d,d"),
-    ("rol",  "d",    "adc",  "d,d"),
-    ("tst",  "d",    "and",  "d,d"),
-    ("clr",  "d",    "eor",  "d,d"),
-    ("ser",  "d",    "ldi",  "d,0xFF"),
-    ("sbr",  "d, k", "ori",  "d,k"),
-    ("cbr",  "d, k", "andi", "d,0xFF&~(k)"),
+    alias("lsl",  "d",    "add",  "d,d"),
+    alias("rol",  "d",    "adc",  "d,d"),
+    alias("tst",  "d",    "and",  "d,d"),
+    alias("clr",  "d",    "eor",  "d,d"),
+    alias("ser",  "d",    "ldi",  "d,0xFF"),
+    alias("sbr",  "d, k", "ori",  "d,k"),
+    alias("cbr",  "d, k", "andi", "d,0xFF&~(k)"),
     // Instructions that name a flag of SREG by its number.
-    ("bset", "0", "sec", ""), ("bset", "1", "sez", ""), ("bset", "2", "sen", ""), ("bset", "3", "sev", ""),
-    ("bset", "4", "ses", ""), ("bset", "5", "seh", ""), ("bset", "6", "set", ""), ("bset", "7", "sei", ""),
-    ("bclr", "0", "clc", ""), ("bclr", "1", "clz", ""), ("bclr", "2", "cln", ""), ("bclr", "3", "clv", ""),
-    ("bclr", "4", "cls", ""), ("bclr", "5", "clh", ""), ("bclr", "6", "clt", ""), ("bclr", "7", "cli", ""),
-    ("brbs", "0, k", "brcs", "k"), ("brbs", "1, k", "breq", "k"), ("brbs", "2, k", "brmi", "k"), ("brbs", "3, k", "brvs", "k"),
-    ("brbs", "4, k", "brlt", "k"), ("brbs", "5, k", "brhs", "k"), ("brbs", "6, k", "brts", "k"), ("brbs", "7, k", "brie", "k"),
-    ("brbc", "0, k", "brcc", "k"), ("brbc", "1, k", "brne", "k"), ("brbc", "2, k", "brpl", "k"), ("brbc", "3, k", "brvc", "k"),
-    ("brbc", "4, k", "brge", "k"), ("brbc", "5, k", "brhc", "k"), ("brbc", "6, k", "brtc", "k"), ("brbc", "7, k", "brid", "k"),
-    ("brlo", "k",    "brcs", "k"),
-    ("brsh", "k",    "brcc", "k"),
+    alias("bset", "0", "sec", ""), alias("bset", "1", "sez", ""), alias("bset", "2", "sen", ""), alias("bset", "3", "sev", ""),
+    alias("bset", "4", "ses", ""), alias("bset", "5", "seh", ""), alias("bset", "6", "set", ""), alias("bset", "7", "sei", ""),
+    alias("bclr", "0", "clc", ""), alias("bclr", "1", "clz", ""), alias("bclr", "2", "cln", ""), alias("bclr", "3", "clv", ""),
+    alias("bclr", "4", "cls", ""), alias("bclr", "5", "clh", ""), alias("bclr", "6", "clt", ""), alias("bclr", "7", "cli", ""),
+    alias("brbs", "0, k", "brcs", "k"), alias("brbs", "1, k", "breq", "k"), alias("brbs", "2, k", "brmi", "k"), alias("brbs", "3, k", "brvs", "k"),
+    alias("brbs", "4, k", "brlt", "k"), alias("brbs", "5, k", "brhs", "k"), alias("brbs", "6, k", "brts", "k"), alias("brbs", "7, k", "brie", "k"),
+    alias("brbc", "0, k", "brcc", "k"), alias("brbc", "1, k", "brne", "k"), alias("brbc", "2, k", "brpl", "k"), alias("brbc", "3, k", "brvc", "k"),
+    alias("brbc", "4, k", "brge", "k"), alias("brbc", "5, k", "brhc", "k"), alias("brbc", "6, k", "brtc", "k"), alias("brbc", "7, k", "brid", "k"),
+    alias("brlo", "k",    "brcs", "k"),
+    alias("brsh", "k",    "brcc", "k"),
     // A displacement of 0 is encoded as the form without displacement.
-    ("ldd",  "d, Y", "ld",   "d,Y"),
-    ("ldd",  "d, Z", "ld",   "d,Z"),
+    alias("ldd",  "d, Y", "ld",   "d,Y"),
+    alias("ldd",  "d, Z", "ld",   "d,Z"),
 ];
 
 /// Returns the instruction set of a chip with `FLASH` bytes of flash, a power of two.
@@ -390,7 +390,7 @@ fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> DisassembledInstr
 /// matches.
 #[must_use]
 pub fn find_row(first: u16, second: u16) -> Option<MatchedRow<AvrOpKind>> {
-    let (i, bits) = emu_core::table::find_row(ROWS, WORD_BITS, &[first, second])?;
+    let FoundRow { index: i, bits } = emu_core::table::find_row(ROWS, WORD_BITS, &[first, second])?;
     Some(MatchedRow { row: &ROWS[i], kind: KINDS[i], bits })
 }
 

@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use emu_core::cpu::{NEVER, Probe};
-use emu_core::image::Image;
+use emu_core::image::{AddressedByte, Image};
 use emu_core::lint::Lint;
 
 use crate::chips::{AvrPart, RegisterPresence};
@@ -68,7 +68,8 @@ impl LintState {
         let address = |symbol: &emu_core::image::SymbolAt| u16::try_from(symbol.addr).ok();
         let end = data().filter(|symbol| END_SYMBOLS.contains(&symbol.name.as_str())).filter_map(address).max();
         let heap = data().find(|symbol| symbol.name == HEAP_SYMBOL).and_then(address);
-        let filled = image.bytes_in(part.chip.ram_space).filter_map(|(addr, _)| u16::try_from(addr).ok());
+        let filled =
+            image.bytes_in(part.chip.ram_space).filter_map(|AddressedByte { addr, .. }| u16::try_from(addr).ok());
         let program_facts = ProgramFacts {
             static_data_end: end.unwrap_or(0),
             heap_end_variable: heap,

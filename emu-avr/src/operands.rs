@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use emu_core::CoreError;
-use emu_core::table::{InstructionLocation, Operand, OperandKind};
+use emu_core::table::{InstructionLocation, Operand, OperandKind, check_field, check_range};
 
 macro_rules! operands {
     ($( $(#[doc = $doc:literal])+ $name:ident($type:ty) $wide:literal $label:literal
@@ -29,20 +29,6 @@ macro_rules! operands {
 /// A plain field: its bits are the value.
 fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
-}
-
-/// Encodes a value from `low` to `high`, or fails with [`CoreError::OutOfRange`].
-fn check_range(value: i32, low: i32, high: i32, what: &'static str) -> Result<u32, CoreError> {
-    if (low..=high).contains(&value) {
-        Ok((value - low) as u32)
-    } else {
-        Err(CoreError::OutOfRange { what, value, low, high })
-    }
-}
-
-/// Encodes a value that fits `bits` bits.
-fn check_field(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
-    check_range(value, 0, (1 << bits) - 1, what)
 }
 
 /// Encodes an even register number from `low` to `high`.

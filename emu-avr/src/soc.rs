@@ -11,7 +11,7 @@ use emu_core::external_io::{DriveQueue, EventLog, OutsideInput};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::pins::{ChipEvent, CycleTime};
 
-use crate::chips::{AvrPart, FuseLayout, unit_index};
+use crate::chips::{AdcTrigger, AvrPart, FuseLayout, unit_index};
 use crate::cpu::Options;
 use crate::executor::RAM_START;
 use crate::periph::adc::AvrAdc;
@@ -158,6 +158,7 @@ pub struct AvrSoc {
     /// Cycle up to which the core is halted; 0 if it is not.
     stall: u64,
     out: AvrOutbox,
+    /// What lints need to know about the run so far.
     pub(crate) lints: crate::lint::LintState,
 }
 
@@ -340,9 +341,9 @@ impl SignalReceiver for AvrSoc {
                 self.log.record(ChipEvent::Sent { at: CycleTime::at(t), uart, byte });
             }
             AvrSignal::Flag { t, irq } => {
-                if let Some(source) =
-                    self.listened_trigger().filter(|&source| self.part.adc_trigger(source) == Some((number, irq)))
-                {
+                if let Some(source) = self.listened_trigger().filter(|&source| {
+                    self.part.adc_trigger(source) == Some(AdcTrigger { unit: number, interrupt: irq })
+                }) {
                     self.adc.trigger(source, true, t);
                     self.schedule.touch(unit_index::ADC);
                 }

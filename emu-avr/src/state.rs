@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use emu_core::engine::RunState;
-use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
+use emu_core::state::{CellWrite, SnapshotDamaged, SnapshotState, StateTape};
 
 use crate::cpu::Avr;
 use crate::executor::{CoreRegisters, RAM_START};
@@ -18,7 +18,7 @@ impl SnapshotState for Avr {
         let (registers, rest) = self.data.bytes.split_at_mut(RAM_START);
         tape.pass_slice(&mut registers[..32])?;
         tape.pass_memory(&mut rest[..usize::from(self.data.ram_len)])?;
-        for (addr, byte) in self.code.changes.pass_state(&self.code.bytes, tape)? {
+        for CellWrite { index: addr, value: byte } in self.code.changes.pass_state(&self.code.bytes, tape)? {
             Arc::make_mut(&mut self.code).poke(addr, byte);
         }
         self.soc.pass_state(tape)?;

@@ -50,7 +50,7 @@ fn nothing_written_breaks_a_chip() {
                     let shown = soc.peek(reg, now);
                     let steady = soc.steady_until(reg, now);
                     assert!(steady >= now, "{}: seed {seed:#x}", part.chip.name);
-                    let read = soc.read(reg, now).0;
+                    let read = soc.read(reg, now).value;
                     assert_eq!(shown, read, "{}: seed {seed:#x}: {reg:#x} at {now}", part.chip.name);
                 }
                 _ => {

@@ -109,10 +109,8 @@ fn rows_name_what_exists() {
         let once: BTreeSet<_> = part.interrupt_sources.iter().collect();
         assert_eq!(once.len(), part.interrupt_sources.len(), "{name}: a source asks for two vectors");
         assert!(
-            part.interrupt_sources
-                .iter()
-                .chain(part.adc_triggers)
-                .all(|&(number, irq)| number < unit_index::COUNT && irq < 8),
+            part.interrupt_sources.iter().all(|&(number, irq)| number < unit_index::COUNT && irq < 8)
+                && part.adc_triggers.iter().all(|on| on.unit < unit_index::COUNT && on.interrupt < 8),
             "{name}"
         );
     }
@@ -249,7 +247,7 @@ fn step(soc: &mut AvrSoc, chip: &Chip, step: &str) -> Result<(), String> {
         "|" => return soc.write_bits(reg, value, value, now).ok(),
         "&" => return soc.write_bits(reg, value, 0, now).ok(),
         "?" => soc.peek(reg, now),
-        _ => soc.read(reg, now).0,
+        _ => soc.read(reg, now).value,
     };
     if got == value { Ok(()) } else { Err(format!("{got:02X}")) }
 }

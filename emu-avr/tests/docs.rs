@@ -1,6 +1,7 @@
 //! The pages of instructions and chips match the tables. `EMU_BLESS=1 cargo test -p plcemu-avr --test docs`
 //! writes them again.
 
+use emu_core::table::SyntaxAlias;
 use std::fs;
 
 use emu_avr::chips::{AVR_PARTS, AvrPart, unit_index};
@@ -19,7 +20,7 @@ fn the_page_of_instructions_is_the_table() {
     );
     page.push_str(&emu_core::table::instruction_list_markdown(emu_avr::isa::ROWS));
     page.push_str("\nOther spellings that the assembler takes:\n\n| written | means |\n|---|---|\n");
-    for (name, syntax, target, text) in emu_avr::isa::ALIASES {
+    for SyntaxAlias { mnemonic: name, syntax, row_mnemonic: target, row_operands: text } in emu_avr::isa::ALIASES {
         page.push_str(&format!("| `{name} {syntax}` | `{target} {}` |\n", text.replace(',', ", ")));
     }
     assert_file(path, &page);
@@ -78,7 +79,7 @@ fn table_of_chips() -> String {
         let serial =
             [(unit_index::SPI, "SPI"), (unit_index::TWI, "TWI")].iter().filter(|row| has(row.0)).map(|row| row.1);
         let ints = part.peripheral_pins.iter().filter(|row| matches!(row.1, AvrLine::Int(_))).count();
-        let fuse_bytes = chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1 as usize);
+        let fuse_bytes = chip.spaces.iter().find(|space| space.name == "fuse").map_or(0, |space| space.size as usize);
         let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ");
         table += &format!(
             "| {} | {} | {:X}h | {} | {} | {} | {} | {} | {} | {} | {ints} | {} | {} | {} | {} |\n",

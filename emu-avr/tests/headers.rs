@@ -1,6 +1,7 @@
 //! Compares the rows of the chips with the headers of avr-libc; the compiler itself evaluates each name.
 //! `cargo test -p plcemu-avr --test headers -- --ignored`; needs avr-gcc and avr-libc.
 
+use emu_avr::chips::SplitBit;
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_avr::chips::{AVR_PARTS, AvrPart, RegisterPresence, RegisterSlot, chip, part};
@@ -235,7 +236,7 @@ fn check_vectors(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
 fn check_sizes(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     let chip = part.chip;
     let [a, b, c] = part.signature.map(u32::from);
-    let fuses = chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1);
+    let fuses = chip.spaces.iter().find(|space| space.name == "fuse").map_or(0, |space| space.size);
     let sizes = [
         ("RAMSTART", u32::from(chip.ram_start)),
         ("RAMEND", u32::from(chip.ram_start + chip.ram_len - 1)),
@@ -299,8 +300,10 @@ fn bits_land_where_they_belong() {
                 panic!("{name}: {register}")
             };
             walked.insert((name.clone(), addr));
-            let ours: BTreeMap<u32, String> =
-                ours.iter().map(|&(bit, site, its)| (u32::from(bit), format!("{site:?}.{its}"))).collect();
+            let ours: BTreeMap<u32, String> = ours
+                .iter()
+                .map(|&SplitBit { bit, slot: site, its_bit: its }| (u32::from(bit), format!("{site:?}.{its}")))
+                .collect();
             let theirs: BTreeMap<u32, String> = bits
                 .replace(", ", ",")
                 .split(' ')

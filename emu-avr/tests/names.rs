@@ -1,6 +1,7 @@
 //! Tests the named constants of the chips by themselves, and against the headers of avr-libc (`cargo test -p
 //! emu-avr --test names -- --ignored`; needs avr-gcc and avr-libc).
 
+use emu_core::NamedConstant;
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_avr::chips::{AVR_PARTS, AvrPart, part};
@@ -63,7 +64,7 @@ fn number(text: &str) -> i32 {
 }
 
 fn names(part: &AvrPart) -> BTreeMap<&'static str, i32> {
-    (part.chip.constants)().into_iter().collect()
+    (part.chip.constants)().into_iter().map(|one| (one.name, one.value)).collect()
 }
 
 #[test]
@@ -82,7 +83,7 @@ fn names_are_clear() {
         let all = (part.chip.constants)();
         let once = names(part);
         assert!(all.len() > 300, "{}: {} names", part.chip.name, all.len());
-        for (name, value) in all {
+        for NamedConstant { name, value } in all {
             assert_eq!(once.get(name), Some(&value), "{}: {name}", part.chip.name);
             assert_eq!(part.chip.reg(name), None, "{}: {name}", part.chip.name);
             assert!(name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_'), "{name}");

@@ -26,6 +26,15 @@ impl BusEffect {
     }
 }
 
+/// What a read of a register returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RegisterRead {
+    /// The value that the instruction reads.
+    pub value: u8,
+    /// What the read changed in the machine besides the value.
+    pub effect: BusEffect,
+}
+
 /// What a core sees of its chip, except for plain RAM, and what the run loop asks of it between two
 /// instructions. `now` is the machine cycle of the access. A write takes effect at the edge that ends that
 /// cycle. Every access first executes what is due at its own cycle.
@@ -33,10 +42,10 @@ pub trait Bus: Clone {
     /// A request of the chip to its core, carried out between two instructions.
     type Request;
     /// Reads a register as the program does, with side effects.
-    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect);
+    fn read(&mut self, reg: u16, now: u64) -> RegisterRead;
     /// Reads a register for a read-modify-write instruction. A port returns its latch instead of its pins,
     /// where that makes a difference.
-    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+    fn read_latch(&mut self, reg: u16, now: u64) -> RegisterRead {
         self.read(reg, now)
     }
     /// Reads a register without side effects.

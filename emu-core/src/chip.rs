@@ -91,7 +91,7 @@ pub struct Chip {
     pub bits: &'static [NamedAddress],
     /// Named constants from the manufacturer's headers: bit numbers in registers, values of the configuration
     /// word, last address of RAM.
-    pub constants: fn() -> Vec<(&'static str, i32)>,
+    pub constants: fn() -> Vec<NamedConstant>,
     /// Pins, indexed by [`PinId`].
     pub pins: &'static [PinDef],
     /// Packages of the chip, the usual one first. Empty if the row has only the pin numbers in
@@ -104,9 +104,8 @@ pub struct Chip {
     /// Number of program words by which all vectors after the first are nearer to address 0 than
     /// `words_per_vector` gives.
     pub later_vectors_back_words: u32,
-    /// Memory spaces for `--peek`: name, number of addresses, and bytes per address. The latter is 1, or 2
-    /// where an address counts words, which is usual for the program memory of PIC16.
-    pub spaces: &'static [(&'static str, u32, u32)],
+    /// Memory spaces for `--peek`.
+    pub spaces: &'static [ChipSpace],
     /// Memories whose accesses are reported to [`crate::cpu::Probe::on_data_access`], with the first address
     /// that is reported. Registers below that address are used by instructions without a report.
     pub observable_spaces: &'static [(&'static str, u32)],
@@ -169,17 +168,55 @@ pub struct ChipPackage {
     pub pins: &'static [u8],
 }
 
+/// A memory of a chip as tools address it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ChipSpace {
+    /// The name, such as `data`.
+    pub name: &'static str,
+    /// The number of addresses.
+    pub size: u32,
+    /// Bytes per address: 1, or 2 where an address counts words, which is usual for the program memory of
+    /// PIC16.
+    pub width: u32,
+}
+
+impl ChipSpace {
+    /// Makes a memory from its name, its number of addresses and the bytes per address.
+    #[must_use]
+    pub const fn new(name: &'static str, size: u32, width: u32) -> ChipSpace {
+        ChipSpace { name, size, width }
+    }
+}
+
+/// A constant of the manufacturer's headers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NamedConstant {
+    /// The name.
+    pub name: &'static str,
+    /// The value.
+    pub value: i32,
+}
+
+/// The name of a package in one spelling.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct PackageKind {
+    /// The kind in upper case, such as `DIP`.
+    kind: String,
+    /// The number of pins in digits. Empty if the name has none.
+    pins: String,
+}
+
 impl ChipPackage {
     /// Splits the name of a package into its normalised kind and its number of pins, in whichever order they
     /// are written.
-    fn normalized_kind(name: &str) -> (String, String) {
+    fn normalized_kind(name: &str) -> PackageKind {
         let letters: String = name.chars().filter(char::is_ascii_alphabetic).map(|c| c.to_ascii_uppercase()).collect();
         let kind = match letters.as_str() {
             "PDIP" | "SPDIP" | "SDIP" | "DIL" => "DIP",
             "QFN" | "VQFN" | "QFNMLF" | "MLFQFN" => "MLF",
             other => other,
         };
-        (kind.to_owned(), name.chars().filter(char::is_ascii_digit).collect())
+        PackageKind { kind: kind.to_owned(), pins: name.chars().filter(char::is_ascii_digit).collect() }
     }
 
     /// The number of `pin` in this package, or `None` if the package lacks it.
@@ -187,6 +224,15 @@ impl ChipPackage {
     pub fn pin_number(&self, pin: PinId) -> Option<u8> {
         self.pins.get(usize::from(pin)).copied().filter(|&number| number != 0)
     }
+}
+
+/// A pin of a chip with its id.
+#[derive(Debug, Clone, Copy)]
+pub struct ChipPin {
+    /// The position in [`Chip::pins`].
+    pub id: PinId,
+    /// The row of the pin.
+    pub def: &'static PinDef,
 }
 
 impl Chip {
@@ -208,13 +254,16 @@ impl Chip {
     /// Position of a memory in [`Chip::spaces`]; [`crate::cpu::Probe::on_data_access`] names a memory by it.
     #[must_use]
     pub fn space_index(&self, name: &str) -> Option<u8> {
-        self.spaces.iter().position(|(space, ..)| *space == name).map(|i| i as u8)
+        self.spaces.iter().position(|ChipSpace { name: space, .. }| *space == name).map(|i| i as u8)
     }
 
     /// Bytes per address of a memory in [`Chip::spaces`]; 1 if there is no such memory.
     #[must_use]
     pub fn bytes_per_address(&self, name: &str) -> u32 {
-        self.spaces.iter().find(|(space, ..)| *space == name).map_or(1, |&(.., width)| width.max(1))
+        self.spaces
+            .iter()
+            .find(|ChipSpace { name: space, .. }| *space == name)
+            .map_or(1, |&ChipSpace { width, .. }| width.max(1))
     }
 
     /// First address of a memory from which accesses are reported to [`crate::cpu::Probe::on_data_access`];
@@ -239,8 +288,8 @@ impl Chip {
     }
 
     /// The pins that at least one package has, with their ids.
-    pub fn present_pins(&self) -> impl Iterator<Item = (PinId, &'static PinDef)> {
-        (0..).zip(self.pins).filter(|(id, _)| self.has_pin(*id))
+    pub fn present_pins(&self) -> impl Iterator<Item = ChipPin> {
+        (0..).zip(self.pins).map(|(id, def)| ChipPin { id, def }).filter(|pin| self.has_pin(pin.id))
     }
 
     /// Finds the package `name`; case is ignored. The spellings of vendors are accepted: `PDIP28`, `28-PDIP`,

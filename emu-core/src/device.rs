@@ -158,6 +158,7 @@ macro_rules! device_list {
             #[allow(clippy::upper_case_acronyms, non_camel_case_types)]
             enum Index { $($number,)+ COUNT }
             $(pub(super) const $number: usize = Index::$number as usize;)+
+            /// The number of devices in the schedule.
             pub(super) const COUNT: usize = Index::COUNT as usize;
         }
 

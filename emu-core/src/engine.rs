@@ -75,6 +75,14 @@ pub struct LoopPlan {
     pub counter: Vec<u16>,
 }
 
+/// An executor with the code that it runs.
+pub struct ReadyExecutor<E, C> {
+    /// The interpreter with the state of the core.
+    pub executor: E,
+    /// The predecoded code.
+    pub code: C,
+}
+
 /// The core of a machine as the run loop sees it. The chip around it is a [`Bus`].
 pub trait CpuEngine: Cpu {
     /// The state of the core that a polling loop can change. If an iteration leaves it unchanged, the next

@@ -65,7 +65,7 @@ macro_rules! engine_methods {
             self.code.has_breakpoint(pc)
         }
         fn burst<P: $crate::cpu::Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
-            let (executor, code) = self.executor(probe);
+            let $crate::engine::ReadyExecutor { executor, code } = self.executor(probe);
             self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
         }
     };

@@ -34,7 +34,7 @@
 //!
 //! let flash = ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All };
 //! let image = load_hex("nop.hex", b":020000000000FE\n:00000001FF\n", &[flash]).expect("a sound file").image;
-//! assert_eq!(image.bytes_in("flash").collect::<Vec<_>>(), [(0, 0), (1, 0)]);
+//! assert_eq!(image.bytes_in("flash").map(|one| one.byte).collect::<Vec<_>>(), [0, 0]);
 //!
 //! let faults = load_hex("bad.hex", b":020000000000FF\n:00000001FF\n", &[flash]).unwrap_err();
 //! assert_eq!(faults[0].code, "HEX006"); // the checksum
@@ -61,8 +61,8 @@ pub mod rng;
 pub mod state;
 pub mod table;
 
-pub use bus::{Bus, BusEffect};
-pub use chip::{Chip, ChipFamily, InstructionSet, NamedAddress, PinDef};
+pub use bus::{Bus, BusEffect, RegisterRead};
+pub use chip::{Chip, ChipFamily, ChipPin, InstructionSet, NamedAddress, NamedConstant, PinDef};
 pub use cpu::{Cpu, CpuParts, LAST_CYCLE, NEVER, Probe, ProgramError, ProgramFault, RamInit, ResetCause, StopReason};
 pub use error::CoreError;
-pub use pins::{ChipEvent, CycleTime, PinId, PinLevel};
+pub use pins::{ChipEvent, CycleTime, PinId, PinLevel, PinOutput};

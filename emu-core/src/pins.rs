@@ -101,6 +101,15 @@ impl ChipEvent {
     }
 }
 
+/// How the chip drives a pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PinOutput {
+    /// The level, or floating.
+    pub level: PinLevel,
+    /// Whether the pull-up is on.
+    pub pull_up: bool,
+}
+
 /// One pin: how the chip and the outside drive it, and the resulting level.
 ///
 /// If both sides drive the pin to opposite levels, the chip wins and [`PinState::has_contention`] is true; a

@@ -319,6 +319,15 @@ impl<A: SnapshotState, B: SnapshotState, C: SnapshotState> SnapshotState for (A,
 #[derive(Debug, Clone, Default)]
 pub struct MemoryChanges<T>(BTreeMap<usize, T>);
 
+/// A value for one cell of a memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CellWrite<T> {
+    /// The position of the cell in the memory.
+    pub index: usize,
+    /// The value.
+    pub value: T,
+}
+
 impl<T: SnapshotState + Copy + Default + PartialEq> MemoryChanges<T> {
     /// No changes.
     pub const NONE: MemoryChanges<T> = MemoryChanges(BTreeMap::new());
@@ -335,7 +344,7 @@ impl<T: SnapshotState + Copy + Default + PartialEq> MemoryChanges<T> {
     ///
     /// # Errors
     /// An address is outside of the memory or not in rising order, or a value equals the original one.
-    pub fn pass_state(&self, memory: &[T], tape: &mut StateTape<'_>) -> Result<Vec<(usize, T)>, SnapshotDamaged> {
+    pub fn pass_state(&self, memory: &[T], tape: &mut StateTape<'_>) -> Result<Vec<CellWrite<T>>, SnapshotDamaged> {
         let mut changes: Vec<_> = self.0.keys().filter_map(|&at| Some((at as u32, *memory.get(at)?))).collect();
         changes.pass_state(tape)?;
         let changed = |&(at, value): &(u32, T)| {
@@ -346,7 +355,8 @@ impl<T: SnapshotState + Copy + Default + PartialEq> MemoryChanges<T> {
         tape.require(rising && changes.iter().all(changed))?;
         let mut writes = self.0.clone();
         writes.extend(changes.into_iter().map(|(at, value)| (at as usize, value)));
-        Ok(writes.into_iter().filter(|&(at, value)| memory.get(at) != Some(&value)).collect())
+        let writes = writes.into_iter().map(|(index, value)| CellWrite { index, value });
+        Ok(writes.filter(|write| memory.get(write.index) != Some(&write.value)).collect())
     }
 }
 

@@ -66,7 +66,7 @@ fn program() -> Module {
 #[test]
 fn a_program_is_loaded_with_its_names_and_lines() {
     let image = good(&program().finish());
-    let bytes: Vec<(u32, u8)> = image.bytes_in("code").collect();
+    let bytes: Vec<(u32, u8)> = image.bytes_in("code").map(|one| (one.addr, one.byte)).collect();
     let wanted =
         [(0, 2), (1, 0), (2, 0x40), (0x40, 0x8F), (0x41, 8), (0x42, 0xE5), (0x43, 8), (0x80, 0x80), (0x81, 0xFE)];
     assert_eq!(bytes, wanted);

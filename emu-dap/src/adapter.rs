@@ -136,7 +136,9 @@ pub struct DebugAdapter<'a> {
     open: &'a OpenMachine<'a>,
     stage: ConversationStage,
     launched: LaunchArguments,
+    /// What the client can do, and how it counts lines.
     pub(crate) client: ClientCapabilities,
+    /// The machine under debug; None before `launch`.
     pub(crate) machine: Option<DapMachine>,
     /// The breakpoints of the client.
     pub(crate) points: BreakpointTable,

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use emu_debug::debug::{AccessKind, DebugExpression, DebugSession, ExpressionPlace, PointHit, PointTrigger};
+use emu_debug::debug::{
+    AccessKind, DebugExpression, DebugSession, ExpressionPlace, PointHit, PointTrigger, WatchedRange,
+};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -123,6 +125,7 @@ struct LocationArguments {
 }
 
 impl DebugAdapter<'_> {
+    /// Answers `setBreakpoints`: replaces the breakpoints of one source file.
     pub(crate) fn set_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let SetBreakpoints { source, breakpoints } = request.parse_arguments()?;
         let key = match (source.source_reference.filter(|number| *number > 0), &source.path, &source.name) {
@@ -134,16 +137,19 @@ impl DebugAdapter<'_> {
         self.replace_group(BreakpointGroup::Source(key), source, breakpoints)
     }
 
+    /// Answers `setFunctionBreakpoints`: replaces all breakpoints at functions.
     pub(crate) fn set_function_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let SetBreakpoints { breakpoints, .. } = request.parse_arguments()?;
         self.replace_group(BreakpointGroup::Functions, DapSource::default(), breakpoints)
     }
 
+    /// Answers `setInstructionBreakpoints`: replaces all breakpoints at addresses.
     pub(crate) fn set_instruction_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let SetBreakpoints { breakpoints, .. } = request.parse_arguments()?;
         self.replace_group(BreakpointGroup::Instructions, DapSource::default(), breakpoints)
     }
 
+    /// Answers `setDataBreakpoints`: replaces all watchpoints.
     pub(crate) fn set_data_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let SetBreakpoints { breakpoints, .. } = request.parse_arguments()?;
         self.replace_group(BreakpointGroup::Data, DapSource::default(), breakpoints)
@@ -263,6 +269,7 @@ impl DebugAdapter<'_> {
         hits
     }
 
+    /// Answers `dataBreakpointInfo`: whether a variable or expression can be watched.
     pub(crate) fn data_breakpoint_info(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let DataInfoArguments { variables_reference, name } = request.parse_arguments()?;
         let machine = self.machine()?;
@@ -289,6 +296,7 @@ impl DebugAdapter<'_> {
         })
     }
 
+    /// Answers `breakpointLocations`: the lines of a range that have code.
     pub(crate) fn breakpoint_locations(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         const MOST: u32 = 10_000;
         let LocationArguments { source, line, end_line } = request.parse_arguments()?;
@@ -341,7 +349,10 @@ impl DapMachine {
                     let found = scope.parse_watched_range(&wanted.data_id, self.session.machine());
                     found.map_err(|error| DapError::NotAccessible(Box::new(error.into())))
                 };
-                let access = |access| reported().map(|(range, text)| (PointTrigger::Access(range, access), text));
+                let access = |access| {
+                    reported()
+                        .map(|WatchedRange { range, description: text }| (PointTrigger::Access(range, access), text))
+                };
                 let (what, text) = match (wanted.access_type.as_deref(), expr.place(self.session.machine())) {
                     (Some("read"), _) => access(AccessKind::Read)?,
                     (Some("readWrite"), _) => access(AccessKind::Any)?,

@@ -34,6 +34,7 @@ drive PIN=LEVEL        PB0=1, PB0=z, RA0=1.25V, from now on
 where                  cycle, time, scan and location";
 
 impl DebugAdapter<'_> {
+    /// Answers `evaluate`: an expression, or a command of the debug console.
     pub(crate) fn evaluate(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let EvaluateArguments { expression, frame_id, context, format, .. } = request.parse_arguments()?;
         let level = self.frame_level(frame_id)?;
@@ -76,6 +77,7 @@ impl DebugAdapter<'_> {
         Ok(answer)
     }
 
+    /// Answers `setExpression`: assigns a value to an expression.
     pub(crate) fn set_expression(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let EvaluateArguments { expression, frame_id, value, format, .. } = request.parse_arguments()?;
         let level = self.frame_level(frame_id)?;

@@ -99,6 +99,7 @@ impl DapMachine {
 }
 
 impl DebugAdapter<'_> {
+    /// Answers `source`: the text of a file that only the adapter has.
     pub(crate) fn source(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let SourceArguments { source, source_reference } = request.parse_arguments()?;
         let machine = self.machine()?;
@@ -109,6 +110,7 @@ impl DebugAdapter<'_> {
         }
     }
 
+    /// Answers `loadedSources`: all files with lines of code.
     pub(crate) fn loaded_sources(&mut self) -> Result<Value, RequestError> {
         let machine = self.machine()?;
         let mut sources: Vec<Value> = machine.ladder.iter().map(|ladder| ladder.source()).collect();

@@ -1,6 +1,6 @@
 //! Parameters and variables of C in a stack frame, and the parts of structs, arrays and pointer targets.
 
-use emu_debug::debug::ObjectExpr;
+use emu_debug::debug::{NamedObject, ObjectExpr};
 use serde_json::{Value, json};
 
 use crate::adapter::DapMachine;
@@ -44,7 +44,7 @@ pub fn variables_in(machine: &DapMachine, reference: i64, hex: bool) -> Option<V
             object
                 .parts()
                 .into_iter()
-                .map(|(name, part)| variable_of_object(machine, &name, text(&name), part, hex))
+                .map(|NamedObject { name, object: part }| variable_of_object(machine, &name, text(&name), part, hex))
                 .collect(),
         );
     }
@@ -52,14 +52,16 @@ pub fn variables_in(machine: &DapMachine, reference: i64, hex: bool) -> Option<V
     let level = usize::try_from(number / 2).ok()?;
     let found = machine.session.scope.locals(machine.session.machine(), level, number % 2 == 0);
     Some(
-        found.into_iter().map(|(name, object)| variable_of_object(machine, &name, name.clone(), object, hex)).collect(),
+        found
+            .into_iter()
+            .map(|NamedObject { name, object }| variable_of_object(machine, &name, name.clone(), object, hex))
+            .collect(),
     )
 }
 
 /// The object of a variable, given by its reference and name, so that it can be set.
 pub fn object(machine: &DapMachine, reference: i64, name: &str) -> Option<ObjectExpr> {
-    let own =
-        |found: Vec<(String, ObjectExpr)>| found.into_iter().find(|(known, _)| known == name).map(|(_, object)| object);
+    let own = |found: Vec<NamedObject>| found.into_iter().find(|known| known.name == name).map(|known| known.object);
     if reference >= FIRST_OBJECT_REFERENCE {
         let at = usize::try_from(reference - FIRST_OBJECT_REFERENCE).ok()?;
         let (_, object) = machine.expandable_objects.borrow().get(at).cloned()?;

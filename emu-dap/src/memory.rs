@@ -60,6 +60,7 @@ impl DapMachine {
 }
 
 impl DebugAdapter<'_> {
+    /// Answers `readMemory`: bytes of a memory in base64.
     pub(crate) fn read_memory(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let MemoryArguments { memory_reference, offset, count, .. } = request.parse_arguments()?;
         if !(0..=MAX_BYTES).contains(&count) {
@@ -82,6 +83,7 @@ impl DebugAdapter<'_> {
         Ok(answer)
     }
 
+    /// Answers `writeMemory`: writes bytes given in base64.
     pub(crate) fn write_memory(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let MemoryArguments { memory_reference, offset, data, allow_partial, .. } = request.parse_arguments()?;
         let bytes = decode_base64(&data).ok_or_else(|| RequestError::not_possible("data is not base64"))?;
@@ -108,6 +110,7 @@ impl DebugAdapter<'_> {
         Ok(json!({ "bytesWritten": places.len() }))
     }
 
+    /// Answers `disassemble`: instructions around an address.
     pub(crate) fn disassemble(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let MemoryArguments { memory_reference, offset, instruction_offset, instruction_count, .. } =
             request.parse_arguments()?;

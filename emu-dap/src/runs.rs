@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use emu_core::cpu::LAST_CYCLE;
 use emu_debug::debug::{
-    CallFlow, DebugSession, LineOrigin, LinePosition, PointTrigger, RunGoal, SessionStopReason, StepVerdict, call_flow,
+    CallFlow, DebugSession, InstructionFlow, LineOrigin, LinePosition, PointTrigger, RunGoal, SessionStopReason,
+    StepVerdict, call_flow,
 };
 
 use crate::adapter::DebugAdapter;
@@ -59,7 +60,7 @@ impl StepOverCall {
     /// The call at the program counter, if the instruction there is a call.
     pub fn here(session: &mut DebugSession) -> Option<StepOverCall> {
         let (pc, depth) = (session.machine().pc(), session.machine().stack_depth());
-        let (flow, len) = session.call_flow(pc);
+        let InstructionFlow { flow, words: len } = session.call_flow(pc);
         (flow == CallFlow::Call).then_some(StepOverCall { return_word: pc.wrapping_add(len), depth })
     }
 
@@ -183,7 +184,7 @@ impl LineStep {
         let ret = if irq {
             before.0
         } else if flow_of == CallFlow::Call {
-            before.0.wrapping_add(call_flow(session.scope.chip(), |word| session.word(word), before.0).1)
+            before.0.wrapping_add(call_flow(session.scope.chip(), |word| session.word(word), before.0).words)
         } else {
             self.done = flow_of == CallFlow::Return && self.kind == LineStepKind::Out || self.has_arrived(session);
             self.at_self_jump = pc == before.0 && !self.done;

@@ -1,7 +1,7 @@
 //! The stack trace: the element of the ladder program, the machine's location, and the callers.
 
 use emu_core::image::SourceLine;
-use emu_debug::debug::CallFrame;
+use emu_debug::debug::{CallFrame, FrameName};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -20,6 +20,7 @@ struct StackTraceArguments {
 }
 
 impl DebugAdapter<'_> {
+    /// Answers `stackTrace`: the frames of the call stack, the innermost first.
     pub(crate) fn stack_trace(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let StackTraceArguments { thread_id, start_frame, levels } = request.parse_arguments()?;
         if thread_id != crate::adapter::THREAD {
@@ -105,7 +106,7 @@ impl DapMachine {
         let (scope, target) = (&self.session.scope, self.session.machine());
         let describe = |frame: &CallFrame| {
             let line = scope.source().line_at(frame.call_word).cloned();
-            let Some((name, call)) = scope.calls().frame_name(target, frame) else {
+            let Some(FrameName { function: name, call }) = scope.calls().frame_name(target, frame) else {
                 return (frame.call_word, scope.source().describe_word(frame.call_word), line);
             };
             // An inlined function is shown at the line of its call, which may be in another file.

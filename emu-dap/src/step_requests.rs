@@ -103,6 +103,7 @@ impl DebugAdapter<'_> {
         self.begin_run(run, Value::Null)
     }
 
+    /// Answers `stepOut`: runs until the function returns, or to the next rung.
     pub(crate) fn step_out(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let unit = self.unit(request)?;
         let machine = self.machine()?;
@@ -116,6 +117,7 @@ impl DebugAdapter<'_> {
         self.begin_run(run, Value::Null)
     }
 
+    /// Answers `stepBack`: goes back by one line, instruction or element.
     pub(crate) fn step_back(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let unit = self.unit(request)?;
         let machine = self.machine()?;
@@ -129,6 +131,7 @@ impl DebugAdapter<'_> {
         self.begin_run(run, Value::Null)
     }
 
+    /// Answers `pause`: ends the run.
     pub(crate) fn pause(&mut self) -> Result<Value, RequestError> {
         if self.run.is_some() {
             self.report_stop(StopEvent::plain("pause"));
@@ -170,12 +173,14 @@ impl DebugAdapter<'_> {
         Ok(if back { PendingRun::BackTo(words, count) } else { PendingRun::ToWords(words, count) })
     }
 
+    /// Answers `emu/step`: steps by the unit and number that the request gives.
     pub(crate) fn emu_step(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let EmuStepArguments { unit, back, count } = request.parse_arguments()?;
         let run = self.run_of_steps(&unit, back, count.unwrap_or(1))?;
         self.begin_run(run, Value::Null)
     }
 
+    /// Answers `emu/why`: explains the value of a symbol of the ladder program.
     pub(crate) fn emu_why(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let EmuArguments { symbol, .. } = request.parse_arguments()?;
         Ok(json!({ "lines": self.explain_symbol(&symbol)? }))
@@ -191,6 +196,7 @@ impl DebugAdapter<'_> {
         ladder.view().explain_value(follow, machine.session.machine(), symbol.trim()).map_err(RequestError::not_found)
     }
 
+    /// Answers `emu/draw`: draws a rung with its power flow.
     pub(crate) fn emu_draw(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let EmuArguments { rung, .. } = request.parse_arguments()?;
         Ok(json!({ "lines": self.draw_rung(rung)? }))
@@ -209,6 +215,7 @@ impl DebugAdapter<'_> {
         })
     }
 
+    /// Answers `emu/drive`: drives a pin.
     pub(crate) fn emu_drive(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let EmuArguments { text, .. } = request.parse_arguments()?;
         self.drive(&text)?;
@@ -229,6 +236,7 @@ impl DebugAdapter<'_> {
         machine.act(UserAction::Drive(TimedDrive { at: CycleTime::at(cycle), drive }))
     }
 
+    /// Answers `emu/gotoCycle`: goes to a cycle, forwards or backwards.
     pub(crate) fn emu_goto_cycle(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let EmuArguments { to, .. } = request.parse_arguments()?;
         let text = to.as_str().map_or_else(|| to.to_string(), str::to_owned);
@@ -247,6 +255,7 @@ impl DebugAdapter<'_> {
         Ok(PendingRun::Cycle(cycle))
     }
 
+    /// Answers `gotoTargets`: the addresses to which a line can move execution.
     pub(crate) fn goto_targets(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let GotoArguments { source, line, .. } = request.parse_arguments()?;
         let wanted = self.client.line_from_client(line);
@@ -262,6 +271,7 @@ impl DebugAdapter<'_> {
         Ok(json!({ "targets": targets.collect::<Vec<_>>() }))
     }
 
+    /// Answers `goto`: moves the program counter without executing anything.
     pub(crate) fn goto(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let GotoArguments { target, .. } = request.parse_arguments()?;
         let machine = self.machine()?;

@@ -135,6 +135,7 @@ impl DebugAdapter<'_> {
         Some(format!("{} {what} at {}", point.text, session.scope.source().describe_word(hit.pc)))
     }
 
+    /// Answers `exceptionInfo`: the fault that stopped the machine.
     pub(crate) fn exception_info(&mut self) -> Result<Value, RequestError> {
         let stop = &self.machine()?.stop;
         let id =

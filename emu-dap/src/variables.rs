@@ -1,6 +1,7 @@
 //! Scopes and variables: core registers, ladder symbols, symbols of the program, pins, chip registers,
 //! memory.
 
+use emu_core::chip::ChipSpace;
 use std::borrow::Cow;
 
 use emu_core::image::SymbolAt;
@@ -76,6 +77,7 @@ impl DapVariable {
 }
 
 impl DebugAdapter<'_> {
+    /// Answers `scopes`: the groups of variables of a frame.
     pub(crate) fn scopes(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let VariablesArguments { frame_id, .. } = request.parse_arguments()?;
         let level = self.frame_level(frame_id)?;
@@ -103,6 +105,7 @@ impl DebugAdapter<'_> {
         Ok(json!({ "scopes": scopes }))
     }
 
+    /// Answers `variables`: the parts of a scope or of a variable.
     pub(crate) fn variables(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let arguments: VariablesArguments = request.parse_arguments()?;
         let machine = self.machine()?;
@@ -120,6 +123,7 @@ impl DebugAdapter<'_> {
         Ok(json!({ "variables": described }))
     }
 
+    /// Answers `setVariable`: assigns a value to a variable or register, or drives a pin.
     pub(crate) fn set_variable(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let arguments: VariablesArguments = request.parse_arguments()?;
         let (number, name) = (arguments.variables_reference, &arguments.name);
@@ -356,7 +360,7 @@ impl DapMachine {
 
     fn memories(&self) -> Vec<Value> {
         let spaces = self.session.scope.chip().spaces.iter().zip(FIRST_SPACE_REFERENCE..);
-        let described = |((space, size, width), number): (&(&str, u32, u32), i64)| {
+        let described = |(ChipSpace { name: space, size, width }, number): (&ChipSpace, i64)| {
             let unit = if *width == 1 { "addresses" } else { "words" };
             json!({
                 "name": space, "value": format!("{size} {unit}"), "variablesReference": number, "namedVariables": 0,
@@ -369,7 +373,7 @@ impl DapMachine {
 
     /// The rows of a memory.
     fn rows(&self, space: usize, from: usize, count: usize) -> Option<Vec<DapVariable>> {
-        let &(space, size, width) = self.session.scope.chip().spaces.get(space)?;
+        let &ChipSpace { name: space, size, width } = self.session.scope.chip().spaces.get(space)?;
         let (rows, target) = (size.saturating_mul(width).div_ceil(BYTES_PER_ROW), self.session.machine());
         let from = u32::try_from(from).unwrap_or(u32::MAX).min(rows);
         let end = from.saturating_add(u32::try_from(count).unwrap_or(u32::MAX)).min(rows);

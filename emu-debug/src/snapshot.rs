@@ -111,11 +111,20 @@ pub fn encode_snapshot(header: &SnapshotHeader, state: &[u8]) -> Vec<u8> {
     file
 }
 
+/// The content of a snapshot file.
+#[derive(Debug, PartialEq, Eq)]
+pub struct DecodedSnapshot<'a> {
+    /// What the file says about its machine.
+    pub header: SnapshotHeader,
+    /// The state of the machine.
+    pub state: &'a [u8],
+}
+
 /// Returns header and state of the file `name` with these bytes.
 ///
 /// # Errors
 /// The fault of the file.
-pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeader, &'a [u8]), Diagnostic> {
+pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<DecodedSnapshot<'a>, Diagnostic> {
     let wrong = |code, cause: String, hint: &str| Err(fault(name, code, cause, hint));
     const AGAIN: &str = "copy it again, or make it again with --snapshot-out";
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
@@ -149,9 +158,18 @@ pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeade
     let mut read_header = || {
         let (chip, options) = (fields.text()?, fields.text()?);
         let (program, cycle) = (fields.number(8)?, fields.number(8)?);
-        Some((SnapshotHeader { chip, program, options, cycle }, fields.0))
+        Some(DecodedSnapshot { header: SnapshotHeader { chip, program, options, cycle }, state: fields.0 })
     };
     read_header().ok_or_else(|| invalid_state(name))
+}
+
+/// The state of a machine in a snapshot file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MachineState<'a> {
+    /// The cycle of the machine.
+    pub cycle: u64,
+    /// The bytes of the state.
+    pub state: &'a [u8],
 }
 
 /// Returns the state in the file and its cycle, if it belongs to the machine that `expected` describes (the
@@ -163,8 +181,8 @@ pub fn decode_snapshot_for<'a>(
     name: &str,
     bytes: &'a [u8],
     expected: &SnapshotHeader,
-) -> Result<(u64, &'a [u8]), Diagnostic> {
-    let (header, state) = decode_snapshot(name, bytes)?;
+) -> Result<MachineState<'a>, Diagnostic> {
+    let DecodedSnapshot { header, state } = decode_snapshot(name, bytes)?;
     let (code, cause, hint) = if header.chip != expected.chip {
         let cause = format!("is a snapshot of {}, and the chip is {}", header.chip, expected.chip);
         (OTHER_CHIP, cause, "name the chip of the snapshot with --mcu")
@@ -178,7 +196,7 @@ pub fn decode_snapshot_for<'a>(
             "give the flags with which it was made, or make it again",
         )
     } else {
-        return Ok((header.cycle, state));
+        return Ok(MachineState { cycle: header.cycle, state });
     };
     Err(fault(name, code, cause, hint))
 }
@@ -249,10 +267,13 @@ mod tests {
     fn comes_back() {
         let (head, file) = sample();
         assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
-        assert_eq!(decode_snapshot("x", &file), Ok((head.clone(), &[1, 2, 3, 0, 255][..])));
+        assert_eq!(
+            decode_snapshot("x", &file),
+            Ok(DecodedSnapshot { header: head.clone(), state: &[1, 2, 3, 0, 255] })
+        );
         assert_eq!(
             decode_snapshot_for("x", &file, &SnapshotHeader { cycle: 0, ..head }),
-            Ok((1234, &[1, 2, 3, 0, 255][..]))
+            Ok(MachineState { cycle: 1234, state: &[1, 2, 3, 0, 255] })
         );
     }
 

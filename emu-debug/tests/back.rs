@@ -1,5 +1,6 @@
 //! Counts the cost of running backwards and of watching writes.
 
+use emu_debug::debug::InstructionFlow;
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -108,7 +109,7 @@ fn writes_are_waited_for_without_the_iterations_of_waiting_loops() {
 #[test]
 fn room_on_the_stack_is_no_call() {
     let of = |word: u16| call_flow(chip(), |_| word, 0x100);
-    assert_eq!(of(0xD000), (CallFlow::Plain, 1), "rcall .+0");
-    assert_eq!(of(0xD001), (CallFlow::Call, 1), "rcall .+2");
-    assert_eq!(of(0xDFFF), (CallFlow::Call, 1), "rcall .-2");
+    assert_eq!(of(0xD000), InstructionFlow { flow: CallFlow::Plain, words: 1 }, "rcall .+0");
+    assert_eq!(of(0xD001), InstructionFlow { flow: CallFlow::Call, words: 1 }, "rcall .+2");
+    assert_eq!(of(0xDFFF), InstructionFlow { flow: CallFlow::Call, words: 1 }, "rcall .-2");
 }

@@ -2,10 +2,11 @@
 //! notation, and the accesses that are observed.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_core::chip::{Chip, NamedAddress, PinDef};
+use emu_core::chip::{Chip, ChipSpace, NamedAddress, PinDef};
 use emu_core::cpu::Probe;
 use emu_core::image::SymbolAt;
 use emu_debug::access_monitor::{AccessWatch, RamCheck};
+use emu_debug::stimulus::PinAndLevel;
 use emu_debug::stimulus::parse_pin_level;
 use emu_debug::stop_condition::parse_condition;
 use emu_debug::{AccessMonitor, AddressNames, InputError, StopCondition};
@@ -29,7 +30,13 @@ const CHIP: Chip = Chip {
     bits: &[NamedAddress { name: "TF0", addr: 0x8D }],
     pins: &[PinDef { name: "P1.0", dip: 1, note: "" }, PinDef { name: "RST", dip: 9, note: "" }],
     packages: &[],
-    spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("xdata", 0x1_0000, 1), ("bit", 256, 1)],
+    spaces: &[
+        ChipSpace::new("code", 0x1_0000, 1),
+        ChipSpace::new("idata", 256, 1),
+        ChipSpace::new("sfr", 256, 1),
+        ChipSpace::new("xdata", 0x1_0000, 1),
+        ChipSpace::new("bit", 256, 1),
+    ],
     observable_spaces: &[("idata", 0), ("sfr", 0), ("xdata", 0), ("bit", 0)],
     ..ATMEGA328P
 };
@@ -79,7 +86,7 @@ fn read(section: &str, text: &str) -> Result<String, InputError> {
     match section {
         "range" => names.parse_range(text).map(|r| format!("{} {} {}", r.space, r.start, r.end)),
         "until" => parse_condition(&names, text).map(|u| u.describe(&names)),
-        "pin" => parse_pin_level(&CHIP, text).map(|(pin, level)| format!("{pin} {level:?}")),
+        "pin" => parse_pin_level(&CHIP, text).map(|PinAndLevel { pin, level }| format!("{pin} {level:?}")),
         "near" => Ok(names.nearest_symbol(text.parse().expect("an address")).unwrap_or_default()),
         "seen" => {
             let (waits, done) = text.split_once('|').expect("waits | accesses");

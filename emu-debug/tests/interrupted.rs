@@ -122,5 +122,5 @@ fn a_search_back_through_a_long_wait_is_interrupted() {
         asked += 1;
         asked < 8
     });
-    assert_eq!(found, Err(SessionStopReason::Interrupted));
+    assert_eq!(found.err(), Some(SessionStopReason::Interrupted));
 }

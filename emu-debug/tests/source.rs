@@ -4,6 +4,7 @@ use emu_8051::chips;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::chip::Chip;
 use emu_core::image::{DemangledName, SourceKind, SourceLine, SourceLines, SymbolAt};
+use emu_core::table::NamedOperand;
 use emu_debug::{AddressNames, AddressRange, ProgramSource, StopCondition};
 
 fn symbol(name: &str, space: &'static str, addr: u32, size: u32) -> SymbolAt {
@@ -101,8 +102,12 @@ fn lines_without_an_end() {
     let source = ProgramSource { names: AddressNames { chip, symbols: &symbols }, lines: &lines };
     let wanted_text = [0x0F, 0x10, 0x1F, 0x20, 0x23].map(|word| source.line_text(word).unwrap_or_default());
     assert_eq!(wanted_text, ["", "main.c:3", "main.c:3", "", "library.asm:9"]);
-    let meant =
-        source.describe_operands(&[("target", 0x12), ("direct address", 9), ("direct address", 0x90), ("constant", 8)]);
+    let meant = source.describe_operands(&[
+        NamedOperand { kind: "target", value: 0x12 },
+        NamedOperand { kind: "direct address", value: 9 },
+        NamedOperand { kind: "direct address", value: 0x90 },
+        NamedOperand { kind: "constant", value: 8 },
+    ]);
     assert_eq!(meant, ["main+0x2", "count+0x1"]);
 }
 

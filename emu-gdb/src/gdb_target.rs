@@ -47,6 +47,7 @@ pub(crate) struct GdbTarget<'a> {
 }
 
 impl<'a> GdbTarget<'a> {
+    /// Makes the target of gdb for a session.
     pub(crate) fn new(
         session: &'a mut DebugSession,
         input: ClientInput,

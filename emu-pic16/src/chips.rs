@@ -117,8 +117,16 @@ pub struct Pic16Part {
     pub times: TimingRanges,
 }
 
-/// A named bit: register, name, bit number.
-pub type SfrBit = (Sfr, &'static str, u8);
+/// A named bit of a register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SfrBit {
+    /// The register.
+    pub sfr: Sfr,
+    /// The name in the manufacturer's header.
+    pub name: &'static str,
+    /// The number of the bit, 0 to 7.
+    pub bit: u8,
+}
 
 /// What is at an address of data memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -209,9 +217,9 @@ pub struct FlagLocation {
     /// The flag.
     pub flag: InterruptFlag,
     /// Register and bit of the flag.
-    pub at: (Sfr, u8),
+    pub at: SfrBitPlace,
     /// Register and bit of the enable.
-    pub enable: (Sfr, u8),
+    pub enable: SfrBitPlace,
     /// True if PEIE must be set too.
     pub peripheral: bool,
 }
@@ -303,4 +311,13 @@ pub struct TimingRanges {
     pub flash: [u32; 3],
     /// TAD of the converter's own RC oscillator, in nanoseconds.
     pub adc_rc_ns: [u32; 3],
+}
+
+/// A bit of a register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SfrBitPlace {
+    /// The register.
+    pub sfr: Sfr,
+    /// The number of the bit, 0 to 7.
+    pub bit: u8,
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause};
-use emu_core::engine::RunState;
+use emu_core::engine::{ReadyExecutor, RunState};
 use emu_core::image::Image;
 
 use crate::chips::{self, Pic16Part};
@@ -24,16 +24,33 @@ use crate::soc::Pic16Soc;
 /// A mid-range PIC16 with its program. A clone is a snapshot; clones share program memory until it changes.
 #[derive(Debug, Clone)]
 pub struct Pic16 {
+    /// The row of the chip.
     pub(crate) part: &'static Pic16Part,
+    /// Registers and clock of the core.
     pub(crate) core: CoreRegisters,
+    /// Data memory, by file address with all banks.
     pub(crate) ram: [u8; DATA_ADDRESSES],
+    /// The return addresses.
     pub(crate) stack: [u16; 8],
+    /// Program memory with its predecoded form; copied on write.
     pub(crate) code: Arc<CodeMemory>,
+    /// The chip around the core.
     pub(crate) soc: Pic16Soc,
+    /// What the run loop remembers between bursts.
     pub(crate) run_state: RunState,
+    /// What lints need to know about the run so far.
     pub(crate) lints: LintState,
     /// Content of RAM after power-up.
     init: RamInit,
+}
+
+/// The hardware stack.
+#[derive(Debug, Clone, Copy)]
+pub struct Pic16Stack<'a> {
+    /// The return addresses.
+    pub entries: &'a [u16; 8],
+    /// The index that the next push uses, 0 to 7.
+    pub next: usize,
 }
 
 impl Pic16 {
@@ -88,12 +105,12 @@ impl Pic16 {
 
     /// Returns the eight stack entries, and the index that the next push uses.
     #[must_use]
-    pub fn stack(&self) -> (&[u16; 8], usize) {
-        (&self.stack, self.core.sp as usize % 8)
+    pub fn stack(&self) -> Pic16Stack<'_> {
+        Pic16Stack { entries: &self.stack, next: self.core.sp as usize % 8 }
     }
 
     /// Returns an executor for a burst or a single instruction, and the code memory.
-    fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
+    fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> ReadyExecutor<Executor<'a, P>, &'a CodeMemory> {
         let code: &CodeMemory = &self.code;
         let executor = Executor {
             core: self.core,
@@ -106,7 +123,7 @@ impl Pic16 {
             bus: &mut self.soc,
             probe,
         };
-        (executor, code)
+        ReadyExecutor { executor, code }
     }
 
     fn set_fsr(&mut self, value: u32) {

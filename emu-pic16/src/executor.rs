@@ -5,9 +5,9 @@
 //! paths are outlined and get scalars only.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
-use emu_core::dispatch;
 use emu_core::machine::{BodyMachine, ByteValue, WideValue};
 use emu_core::table::{Operand, RamOperand};
+use emu_core::{RegisterRead, dispatch};
 
 use crate::core_state::{BANK, CoreRegisters, PD, TO};
 #[allow(clippy::wildcard_imports)]
@@ -65,6 +65,15 @@ const RP1: u8 = 0x40;
 /// First file address that is a register of the chip.
 pub(crate) const REGISTERS: u16 = INDF;
 
+/// The instruction that is being executed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RunningInstruction {
+    /// Its word address.
+    pub(crate) pc: u32,
+    /// Its program word.
+    pub(crate) word: u16,
+}
+
 impl<P: Probe> Executor<'_, P> {
     /// Returns the cycle in which the current instruction reads and writes: its first. Only instructions
     /// without accesses have been charged more than one cycle by then.
@@ -95,16 +104,16 @@ impl<P: Probe> Executor<'_, P> {
 
     /// Returns the address and the word of the current instruction.
     #[inline(always)]
-    pub(crate) const fn running_instruction(&self) -> (u32, u16) {
+    pub(crate) const fn running_instruction(&self) -> RunningInstruction {
         let pc = self.core.bank_and_pc.wrapping_sub(1) % SPAN as u32;
-        (pc, self.words[pc as usize])
+        RunningInstruction { pc, word: self.words[pc as usize] }
     }
 
     /// Returns the address of data memory that the current instruction accesses; the lowest one if the byte
     /// has several.
     #[inline(always)]
     pub(crate) const fn address(&self) -> u16 {
-        let word = self.running_instruction().1;
+        let word = self.running_instruction().word;
         let addr = match word {
             0x62 => 0x81,
             0x65..=0x67 => word & 7 | 0x80,
@@ -162,7 +171,7 @@ impl<P: Probe> Executor<'_, P> {
 
 /// Reads a register of the chip.
 #[inline(never)]
-fn read_bus(bus: &mut Pic16Soc, file_address: u16, at: u64) -> (u8, BusEffect) {
+fn read_bus(bus: &mut Pic16Soc, file_address: u16, at: u64) -> RegisterRead {
     bus.read(file_address - REGISTERS, at)
 }
 
@@ -271,7 +280,7 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
                 if P::LINT {
                     self.lint_read(register);
                 }
-                let (value, effect) = read_bus(self.bus, register, at);
+                let RegisterRead { value, effect } = read_bus(self.bus, register, at);
                 self.apply_bus_effect(effect);
                 value
             }
@@ -350,7 +359,7 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
     #[inline(always)]
     fn push(&mut self) {
         if P::LINT {
-            let pc = self.running_instruction().0;
+            let pc = self.running_instruction().pc;
             self.lint_push(pc);
         }
         self.push_pc();

@@ -8,8 +8,8 @@
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
-    disassemble as disassemble_line,
+    DisassembledInstruction, EncodeError, FlowKind, FoundRow, InstructionLocation, InstructionRow, PredecodedOp,
+    SyntaxAlias, alias, disassemble as disassemble_line,
 };
 
 use crate::operands::{B, F, JumpTarget, K};
@@ -181,12 +181,12 @@ fn flow(row: usize) -> FlowKind {
 #[rustfmt::skip]
 pub const ALIASES: &[SyntaxAlias] = &[
     // The default destination is the file register.
-    ("addwf", "f", "addwf", "f,F"), ("andwf", "f", "andwf", "f,F"), ("comf", "f", "comf", "f,F"), ("decf", "f", "decf", "f,F"),
-    ("decfsz", "f", "decfsz", "f,F"), ("incf", "f", "incf", "f,F"), ("incfsz", "f", "incfsz", "f,F"),
-    ("iorwf", "f", "iorwf", "f,F"), ("movf", "f", "movf", "f,F"), ("rlf", "f", "rlf", "f,F"), ("rrf", "f", "rrf", "f,F"),
-    ("subwf", "f", "subwf", "f,F"), ("swapf", "f", "swapf", "f,F"), ("xorwf", "f", "xorwf", "f,F"),
+    alias("addwf", "f", "addwf", "f,F"), alias("andwf", "f", "andwf", "f,F"), alias("comf", "f", "comf", "f,F"), alias("decf", "f", "decf", "f,F"),
+    alias("decfsz", "f", "decfsz", "f,F"), alias("incf", "f", "incf", "f,F"), alias("incfsz", "f", "incfsz", "f,F"),
+    alias("iorwf", "f", "iorwf", "f,F"), alias("movf", "f", "movf", "f,F"), alias("rlf", "f", "rlf", "f,F"), alias("rrf", "f", "rrf", "f,F"),
+    alias("subwf", "f", "subwf", "f,F"), alias("swapf", "f", "swapf", "f,F"), alias("xorwf", "f", "xorwf", "f,F"),
     // TRIS takes the low bits of the register's address.
-    ("tris", "TRISA", "tris", "5"), ("tris", "TRISB", "tris", "6"), ("tris", "TRISC", "tris", "7"),
+    alias("tris", "TRISA", "tris", "5"), alias("tris", "TRISB", "tris", "6"), alias("tris", "TRISC", "tris", "7"),
 ];
 
 /// Number of bits in a program word.
@@ -195,11 +195,20 @@ pub const WORD_BITS: u32 = 14;
 /// Number of words that the program counter can address.
 pub const SPAN: usize = 0x2000;
 
+/// A row of the instruction table with its kind.
+#[derive(Debug, Clone, Copy)]
+pub struct Pic16Row {
+    /// The row.
+    pub row: &'static InstructionRow,
+    /// The kind of the instruction.
+    pub kind: Pic16OpKind,
+}
+
 /// Returns the row and kind of the instruction `word`; None for a word without a row.
 #[must_use]
-pub fn find_row(word: u16) -> Option<(&'static InstructionRow, Pic16OpKind)> {
-    let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word])?;
-    Some((&ROWS[i], KINDS[i]))
+pub fn find_row(word: u16) -> Option<Pic16Row> {
+    let FoundRow { index: i, .. } = emu_core::table::find_row(ROWS, WORD_BITS, &[word])?;
+    Some(Pic16Row { row: &ROWS[i], kind: KINDS[i] })
 }
 
 fn locate(pc: u32) -> InstructionLocation {

@@ -38,4 +38,4 @@ mod predecode;
 mod recorder;
 mod state;
 
-pub use cpu::{Options, Pic16, Pic16Readings, TimingCorner};
+pub use cpu::{Options, Pic16, Pic16Readings, Pic16Stack, TimingCorner};

@@ -5,7 +5,7 @@ use emu_core::cpu::Probe;
 use emu_core::lint::Lint;
 
 use crate::core_state::{PD, TO};
-use crate::executor::{Executor, PCLATH, REGISTERS};
+use crate::executor::{Executor, PCLATH, REGISTERS, RunningInstruction};
 
 /// Mask of the page in an address of program memory (DS33023, section 6.2.4).
 const PAGE_MASK: u32 = 0x1800;
@@ -81,7 +81,7 @@ const fn port_bits_read(word: u16) -> u8 {
 impl<P: Probe> Executor<'_, P> {
     /// Reports to the probe a lint of the current instruction, in its first and only cycle so far.
     fn report_lint(&mut self, lint: Lint) {
-        let (at, pc) = (self.cycle(), self.running_instruction().0);
+        let (at, pc) = (self.cycle(), self.running_instruction().pc);
         self.probe.on_lint(at, pc, lint);
     }
 
@@ -93,7 +93,7 @@ impl<P: Probe> Executor<'_, P> {
 
     /// Checks a read of a register of the chip.
     pub(crate) fn lint_read(&mut self, file_address: u16) {
-        let bits = self.bus.analog_bits(file_address - REGISTERS) & port_bits_read(self.running_instruction().1);
+        let bits = self.bus.analog_bits(file_address - REGISTERS) & port_bits_read(self.running_instruction().word);
         if bits != 0 {
             let port = self.address();
             self.report_lint(Lint::AnalogRead { port, bits });
@@ -103,7 +103,8 @@ impl<P: Probe> Executor<'_, P> {
     /// Checks a write of a register of the chip or of the core.
     pub(crate) fn lint_write(&mut self, file_address: u16, value: u8) {
         if file_address == PCLATH {
-            self.lints.page_choice = PageChoice { page: self.running_instruction().0 & PAGE_MASK, used_by_call: false };
+            self.lints.page_choice =
+                PageChoice { page: self.running_instruction().pc & PAGE_MASK, used_by_call: false };
         }
         let register = file_address.checked_sub(REGISTERS);
         if let Some(channel) = register.and_then(|reg| self.bus.converts_early(reg, value, self.cycle())) {
@@ -111,7 +112,7 @@ impl<P: Probe> Executor<'_, P> {
         }
         let latch = register.and_then(|reg| self.bus.latch(reg));
         if let Some(latch) = latch {
-            let bits = (latch ^ value) & !intended_bits(self.running_instruction().1, self.core.w as u8);
+            let bits = (latch ^ value) & !intended_bits(self.running_instruction().word, self.core.w as u8);
             if bits != 0 {
                 let port = self.address();
                 self.report_lint(Lint::UnintendedLatchChange { port, bits });
@@ -123,7 +124,7 @@ impl<P: Probe> Executor<'_, P> {
     /// page has written PCLATH, or, for GOTO, if it was selected for a call that has returned. Several calls
     /// after one selection are usual.
     pub(crate) fn lint_jump(&mut self, target: u32) {
-        let (from, word) = self.running_instruction();
+        let RunningInstruction { pc: from, word } = self.running_instruction();
         if (target ^ from) & PAGE_MASK == 0 {
             return;
         }
@@ -147,7 +148,7 @@ impl<P: Probe> Executor<'_, P> {
     pub(crate) fn lint_pop(&mut self) {
         match self.lints.depth.checked_sub(1) {
             Some(depth) => self.lints.depth = depth,
-            None => self.report_lint_at(self.running_instruction().0, Lint::StackUnderflow),
+            None => self.report_lint_at(self.running_instruction().pc, Lint::StackUnderflow),
         }
     }
 
@@ -162,7 +163,7 @@ impl<P: Probe> Executor<'_, P> {
     /// Checks that a service routine has preserved its context, before RETFIE returns.
     pub(crate) fn lint_interrupt_ended(&mut self) {
         let Some(found) = self.lints.saved_context.take() else { return };
-        let (now, pc) = (self.context(), self.running_instruction().0);
+        let (now, pc) = (self.context(), self.running_instruction().pc);
         for ((register, was), is) in CONTEXT_NAMES.into_iter().zip(found.context).zip(now) {
             if was != is {
                 self.report_lint_at(pc, Lint::NotSaved { register });

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use emu_core::CoreError;
-use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand};
+use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand, check_field};
 
 use crate::periph::map::Sfr;
 
@@ -66,15 +66,15 @@ macro_rules! operands {
 
 operands! {
     F true "file register" |v| F(FileAddress(v)),
-        raw |v, b, _| check_range(v & !0x180, b, "address").map_err(|_| CoreError::AddressOutOfRange { what: "address", address: v, high: 0x1FF }),
+        raw |v, b, _| check_field(v & !0x180, b, "address").map_err(|_| CoreError::AddressOutOfRange { what: "address", address: v, high: 0x1FF }),
         text write_hex2;
     B false "bit" |v| B(v as u8),
-        raw |v, b, _| check_range(v, b, "bit"), text |v, out| { let _ = write!(out, "{v}"); };
+        raw |v, b, _| check_field(v, b, "bit"), text |v, out| { let _ = write!(out, "{v}"); };
     K false "constant" |v| K(v as u8),
-        raw |v, b, _| if (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_range(v, b, "constant") },
+        raw |v, b, _| if (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_field(v, b, "constant") },
         text write_hex2;
     JumpTarget true "target" JumpTarget,
-        raw |v, b, _| check_range(v & !0x1800, b, "target").map_err(|_| CoreError::AddressOutOfRange { what: "target", address: v, high: 0x1FFF }),
+        raw |v, b, _| check_field(v & !0x1800, b, "target").map_err(|_| CoreError::AddressOutOfRange { what: "target", address: v, high: 0x1FFF }),
         text |v, out| { let _ = write!(out, "0x{v:03X}"); };
 }
 
@@ -96,16 +96,6 @@ impl RamOperand for F {
     #[inline(always)]
     fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> RamCell {
         RamCell(F::decode_next(op, at).0.0)
-    }
-}
-
-/// Checks that a value fits `bits` bits.
-fn check_range(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
-    let most = (1 << bits) - 1;
-    if (0..=most).contains(&value) {
-        Ok(value as u32)
-    } else {
-        Err(CoreError::OutOfRange { what, value, low: 0, high: most })
     }
 }
 

@@ -8,7 +8,7 @@ use emu_core::state::MemoryChanges;
 use emu_core::table::{InstructionLocation, PredecodedOp};
 
 use crate::executor::{DATA_ADDRESSES, OPS};
-use crate::isa::{Pic16Op, Pic16OpKind, SHAPES, SPAN, find_row};
+use crate::isa::{Pic16Op, Pic16OpKind, Pic16Row, SHAPES, SPAN, find_row};
 use crate::operands::{B, F, FileAddress};
 use crate::periph::map::Sfr;
 use crate::recorder::record_instruction;
@@ -265,7 +265,7 @@ fn jumps_to_itself(word: u16, pc: u32) -> bool {
 
 /// Decodes an instruction for the bank in RP1:RP0, without loop marks and breakpoints.
 fn decode(word: u16, bank: u16, file_addresses: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
-    let Some((row, kind)) = find_row(word) else {
+    let Some(Pic16Row { row, kind }) = find_row(word) else {
         return PredecodedOp { kind: Pic16OpKind::Illegal, args: [0; 3] };
     };
     let mut op = row.predecode(kind, word.into(), &InstructionLocation { len: 1, ..InstructionLocation::default() });

@@ -9,6 +9,7 @@ mod power;
 mod regs;
 mod state;
 
+use emu_core::RegisterRead;
 use std::collections::VecDeque;
 
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
@@ -253,20 +254,25 @@ fn to_cycle_time(t: u64) -> CycleTime {
 impl Bus for Pic16Soc {
     type Request = CoreRequest;
 
-    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+    fn read(&mut self, reg: u16, now: u64) -> RegisterRead {
         let due = self.schedule.due <= 4 * now;
         self.run(4 * now);
-        let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else { return (0, BusEffect::NONE) };
+        let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else {
+            return RegisterRead { value: 0, effect: BusEffect::NONE };
+        };
         // Fast path for ports.
         if let Some(port) = port_latch_index(sfr).filter(|_| sfr != Sfr::PORTD) {
             if sfr == Sfr::PORTB {
                 self.sample_port_b();
             }
-            return (self.ports.input(port), if due { BusEffect::RECHECK } else { BusEffect::NONE });
+            return RegisterRead {
+                value: self.ports.input(port),
+                effect: if due { BusEffect::RECHECK } else { BusEffect::NONE },
+            };
         }
         let value = self.read_register(sfr, 4 * now);
         let wake = self.bus_effect(now);
-        (value, if due { BusEffect::RECHECK } else { wake })
+        RegisterRead { value, effect: if due { BusEffect::RECHECK } else { wake } }
     }
 
     fn peek(&self, reg: u16, now: u64) -> u8 {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use emu_core::engine::RunState;
-use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
+use emu_core::state::{CellWrite, SnapshotDamaged, SnapshotState, StateTape};
 
 use crate::core_state::{CoreRegisters, PD, TO};
 use crate::cpu::Pic16;
@@ -15,7 +15,7 @@ impl SnapshotState for Pic16 {
         self.core.pass_state(tape)?;
         tape.pass_memory(&mut self.ram)?;
         self.stack.pass_state(tape)?;
-        for (addr, word) in self.code.changes.pass_state(&*self.code.words, tape)? {
+        for CellWrite { index: addr, value: word } in self.code.changes.pass_state(&*self.code.words, tape)? {
             Arc::make_mut(&mut self.code).poke(addr as u32, word);
         }
         self.run_state = RunState { skip_idle_loops: self.run_state.skip_idle_loops, ..RunState::START };

@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use emu_core::chip::ChipFamily;
 use emu_core::pins::PinId;
 use emu_pic16::chips::{
-    ComparatorKind, FileSlot, NO_PIN, NonvolatileKind, PIC16_PARTS, Pic16Part, SspKind, chip, chips, part,
+    ComparatorKind, FileSlot, NO_PIN, NonvolatileKind, PIC16_PARTS, Pic16Part, SfrBit, SfrBitPlace, SspKind, chip,
+    chips, part,
 };
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 
@@ -329,7 +330,9 @@ fn times_are_those_of_the_tables() {
 #[test]
 fn flags_are_at_the_bits_of_their_names() {
     for part in PIC16_PARTS {
-        let called = |(sfr, n): (Sfr, u8), name: &str| part.bits.contains(&(sfr, name, n));
+        let called = |SfrBitPlace { sfr, bit }: SfrBitPlace, name: &str| {
+            part.bits.iter().any(|of| (of.sfr, of.name, of.bit) == (sfr, name, bit))
+        };
         for f in part.flags {
             let name = format!("{:?}", f.flag);
             let names: &[&str] = match f.flag {
@@ -339,14 +342,14 @@ fn flags_are_at_the_bits_of_their_names() {
             let enable = |n: &&str| if *n == "INTF" { "INTE".to_string() } else { n.replace("IF", "IE") };
             assert!(names.iter().any(|n| called(f.at, n)), "{} {name}", part.chip.name);
             assert!(names.iter().any(|n| called(f.enable, &enable(n))), "{} {name}", part.chip.name);
-            assert_eq!(f.peripheral, f.enable.0 != Sfr::INTCON, "{} {name}", part.chip.name);
+            assert_eq!(f.peripheral, f.enable.sfr != Sfr::INTCON, "{} {name}", part.chip.name);
         }
         // PIE1 and PIE2 enable the flags in the same bits of PIR1 and PIR2, INTCON the flags three bits
         // below. At most one flag is in a register of its peripheral.
-        let elsewhere = part.flags.iter().filter(|f| match f.at.0 {
-            Sfr::PIR1 => f.enable != (Sfr::PIE1, f.at.1),
-            Sfr::PIR2 => f.enable != (Sfr::PIE2, f.at.1),
-            Sfr::INTCON => f.enable != (Sfr::INTCON, f.at.1 + 3),
+        let elsewhere = part.flags.iter().filter(|f| match f.at.sfr {
+            Sfr::PIR1 => f.enable != SfrBitPlace { sfr: Sfr::PIE1, bit: f.at.bit },
+            Sfr::PIR2 => f.enable != SfrBitPlace { sfr: Sfr::PIE2, bit: f.at.bit },
+            Sfr::INTCON => f.enable != SfrBitPlace { sfr: Sfr::INTCON, bit: f.at.bit + 3 },
             _ => true,
         });
         assert!(elsewhere.count() <= 1, "{}", part.chip.name);
@@ -354,8 +357,8 @@ fn flags_are_at_the_bits_of_their_names() {
         assert_eq!(flags.len(), part.flags.len(), "{}", part.chip.name);
         let registers = [Sfr::PIR1, Sfr::PIR2];
         let named: BTreeSet<_> =
-            part.bits.iter().filter(|b| registers.contains(&b.0)).map(|b| (b.0 as u8, b.2)).collect();
-        let has = part.flags.iter().filter(|f| registers.contains(&f.at.0)).count();
+            part.bits.iter().filter(|b| registers.contains(&b.sfr)).map(|b| (b.sfr as u8, b.bit)).collect();
+        let has = part.flags.iter().filter(|f| registers.contains(&f.at.sfr)).count();
         assert_eq!(has, named.len(), "{}: a bit of PIR1 or PIR2 without a flag", part.chip.name);
     }
 }
@@ -384,9 +387,9 @@ fn rows_are_consistent() {
             let FileSlot::Sfr(sfr) = part.file_slot(r.addr) else { panic!("{} {}", c.name, r.name) };
             assert!(part.has(sfr) && part.addr(sfr) == Some(r.addr), "{} {}", c.name, r.name);
         }
-        let bits: BTreeSet<_> = part.bits.iter().map(|b| (b.0 as u8, b.1)).collect();
+        let bits: BTreeSet<_> = part.bits.iter().map(|b| (b.sfr as u8, b.name)).collect();
         assert_eq!(bits.len(), part.bits.len(), "{}: a bit twice", c.name);
-        assert!(part.bits.iter().all(|b| part.has(b.0) && b.2 < 8), "{}: a bit of nothing", c.name);
+        assert!(part.bits.iter().all(|b| part.has(b.sfr) && b.bit < 8), "{}: a bit of nothing", c.name);
 
         let pins: BTreeSet<_> = c.pins.iter().map(|p| p.name).collect();
         assert_eq!(pins.len(), c.pins.len(), "{}", c.name);
@@ -396,7 +399,8 @@ fn rows_are_consistent() {
             for (bit, &id) in port.pins.iter().enumerate().filter(|(_, id)| **id != NO_PIN) {
                 ports += 1;
                 assert_eq!(pin(part, id), format!("R{}{bit}", &port.port.name()[4..]), "{}", c.name);
-                let named = part.bits.iter().any(|b| *b == (port.port, pin(part, id), bit as u8));
+                let named =
+                    part.bits.iter().any(|b| *b == SfrBit { sfr: port.port, name: pin(part, id), bit: bit as u8 });
                 assert!(named, "{} {}", c.name, pin(part, id));
                 let note = c.pins[usize::from(id)].note;
                 assert_eq!(note.contains("open drain"), port.open >> bit & 1 == 1, "{} {note}", c.name);

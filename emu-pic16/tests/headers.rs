@@ -9,7 +9,7 @@ use emu_core::cpu::RamInit;
 use emu_core::image::Image;
 use emu_core::pins::PinId;
 use emu_pic16::Pic16;
-use emu_pic16::chips::{ALIASES, FileSlot, OscillatorMode, PIC16_PARTS, Pic16Part};
+use emu_pic16::chips::{ALIASES, FileSlot, OscillatorMode, PIC16_PARTS, Pic16Part, SfrBit};
 use emu_pic16::periph::map::Sfr;
 
 /// Directory of the files in Debian's package `gputils`.
@@ -133,7 +133,7 @@ fn minus(a: &Bits, b: &Bits, what: &str) -> Vec<String> {
 fn check_bits(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     let name = |sfr: Sfr| part.chip.regs.iter().find(|r| Some(r.addr) == part.addr(sfr)).unwrap().name;
     let mut ours = Bits::new();
-    for &(sfr, bit, n) in part.bits {
+    for &SfrBit { sfr, name: bit, bit: n } in part.bits {
         ours.entry(name(sfr).into()).or_default().insert(bit.into(), n.into());
     }
     diff.extend(minus(&ours, &h.bits, "bits"));
@@ -298,8 +298,10 @@ fn check_config(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
 /// family, and has the meaning of its name on this chip.
 fn check_names(part: &Pic16Part, h: &Header, known: &BTreeSet<String>, diff: &mut Vec<String>) -> usize {
     let all = (part.chip.constants)();
-    let ours: BTreeMap<&str, i32> = all.iter().copied().collect();
-    diff.extend(all.iter().filter(|o| ours.get(o.0) != Some(&o.1)).map(|o| format!("two meanings of {}", o.0)));
+    let ours: BTreeMap<&str, i32> = all.iter().map(|one| (one.name, one.value)).collect();
+    diff.extend(
+        all.iter().filter(|o| ours.get(o.name) != Some(&o.value)).map(|o| format!("two meanings of {}", o.name)),
+    );
     let bits = h.bits.values().flatten();
     for (name, &value) in bits.chain(&h.config) {
         if ours.get(name.as_str()) != Some(&value.into()) {
@@ -309,7 +311,7 @@ fn check_names(part: &Pic16Part, h: &Header, known: &BTreeSet<String>, diff: &mu
     for (name, value) in ours {
         let value = u16::try_from(value).unwrap();
         let here = h.config.contains_key(name)
-            || part.bits.iter().any(|bit| bit.1 == name)
+            || part.bits.iter().any(|bit| bit.name == name)
             || ALIASES.iter().any(|alias| alias.0 == name)
             || ["W", "F"].contains(&name);
         if !(here || known.contains(name) && means(part, name, value) == Some(true)) {

@@ -1,5 +1,6 @@
 //! Tests the named constants of the chips. `tests/headers.rs` compares them with the headers of gputils.
 
+use emu_core::NamedConstant;
 use std::collections::BTreeMap;
 
 use emu_pic16::chips::{PIC16_PARTS, part};
@@ -52,7 +53,7 @@ fn some_names_and_their_values() {
     for line in SOME.lines().filter(|line| !line.trim().is_empty()) {
         let &[chip, name, value] = &line.split_whitespace().collect::<Vec<_>>()[..] else { panic!("{line}") };
         let all = (part(chip).expect("a chip").chip.constants)();
-        let ours = all.iter().find(|row| row.0 == name).map(|row| row.1);
+        let ours = all.iter().find(|row| row.name == name).map(|row| row.value);
         let wanted = (value != "-").then(|| i32::from_str_radix(value, 16).expect("a number"));
         assert_eq!(ours, wanted, "{line}");
     }
@@ -63,9 +64,9 @@ fn some_names_and_their_values() {
 fn names_are_clear() {
     for part in PIC16_PARTS {
         let all = (part.chip.constants)();
-        let once: BTreeMap<_, _> = all.iter().copied().collect();
+        let once: BTreeMap<_, _> = all.iter().map(|one| (one.name, one.value)).collect();
         assert!(all.len() > 50, "{}: {} names", part.chip.name, all.len());
-        for (name, value) in all {
+        for NamedConstant { name, value } in all {
             assert_eq!(once.get(name), Some(&value), "{}: {name}", part.chip.name);
             assert!(!part.chip.regs.iter().any(|reg| reg.name == name), "{}: {name}", part.chip.name);
         }

@@ -119,7 +119,7 @@ fn code_programs(family: ChipFamily) -> Vec<Vec<u8>> {
     let edges = (0..24).map(|n| n * 7);
     let all = assembler_cases(family).into_iter().filter_map(|source| {
         let image = emu_asm::assemble_text(chip, &String::from_utf8(source).ok()?).ok()?;
-        let bytes: Vec<u8> = image.bytes_in(chip.code_space).map(|(_, byte)| byte).take(2048).collect();
+        let bytes: Vec<u8> = image.bytes_in(chip.code_space).map(|one| one.byte).take(2048).collect();
         (!bytes.is_empty()).then(|| edges.clone().chain(bytes).collect())
     });
     all.collect()

@@ -254,7 +254,7 @@ pub(crate) fn expressions() -> Vec<Vec<u8>> {
 
 /// Words of expressions.
 pub(crate) fn expressions_words() -> Vec<String> {
-    let spaces = machines::family_chips().flat_map(|chip| chip.spaces.iter().map(|space| format!("{}:", space.0)));
+    let spaces = machines::family_chips().flat_map(|chip| chip.spaces.iter().map(|space| format!("{}:", space.name)));
     let registers = machines::family_chips().flat_map(|chip| chip.cpu_regs.iter().map(|name| (*name).to_owned()));
     let pieces = [
         "&&", "||", "<<", ">>", "==", "!=", "..", "0x", "$pc", "$cycle", "pin ", "pc=", "ms", "us", "c:", "=z", "V",

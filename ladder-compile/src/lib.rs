@@ -48,6 +48,7 @@ mod refusal_diagnostics;
 pub mod target;
 mod timed_module;
 
+use emu_core::image::{HexSegment, write_hex};
 use std::sync::LazyLock;
 
 use diag::{Diagnostic, Pos, Severity};
@@ -240,9 +241,9 @@ pub(crate) fn finish_compile(
         notes.push(warn(Severity::Note, codes::FUSES_NOTE, format!("fuses: {}", map.fuses.join("; ")), ""));
     }
     notes.extend(built.pin_needs.iter().map(|need| warn(need.severity, codes::OUTSIDE, need.cause.clone(), need.hint)));
-    let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
+    let segments: Vec<HexSegment> = built.segments.iter().map(|(at, bytes)| HexSegment { addr: *at, bytes }).collect();
     Ok(CompiledProgram {
-        hex: emu_core::image::write_hex(&segments),
+        hex: write_hex(&segments),
         listing: listing::listing(program, job.ir, job.target.chip, &built, &map),
         ir: job.ir.to_string(),
         code: built.segments.first().map_or_else(Vec::new, |(_, bytes)| bytes.clone()),

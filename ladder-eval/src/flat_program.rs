@@ -465,10 +465,12 @@ impl ScanState {
         }
     }
 
+    /// Returns the value of a symbol.
     pub(crate) fn read_symbol(&self, symbol: u32) -> i32 {
         self.values[symbol as usize]
     }
 
+    /// Returns the value of a symbol or a constant.
     pub(crate) fn read_value(&self, value: ValueSource) -> i32 {
         match value {
             ValueSource::Var(var) => self.read_symbol(var),

@@ -296,6 +296,7 @@ impl FlatBuilder<'_> {
         self.find_symbol(name).map(|(index, _)| index)
     }
 
+    /// Returns the number of the symbol with this name, which must be a bit.
     pub(crate) fn bit_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
         match self.find_symbol(name)? {
             (index, true) => Ok(index),
@@ -418,6 +419,7 @@ impl FlatBuilder<'_> {
         Ok(ElementOp::Count { kind, input, var, max, restart, memory: self.new_memory() })
     }
 
+    /// Returns whether the program has the dialect of release 2.3.
     pub(crate) fn is_release_23(&self) -> bool {
         self.program.dialect == LadderDialect::Ldmicro23
     }

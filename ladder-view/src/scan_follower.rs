@@ -102,6 +102,7 @@ pub(crate) struct ScanFollower {
 }
 
 impl ScanFollower {
+    /// Makes a follower of a program before its first scan.
     pub(crate) fn new(facts: Arc<ProgramFacts>) -> ScanFollower {
         let changes = vec![VecDeque::new(); facts.places.len()];
         ScanFollower {

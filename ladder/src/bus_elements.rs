@@ -40,6 +40,7 @@ impl BusOp {
         matches!(self, BusOp::I2cRead | BusOp::I2cWrite)
     }
 
+    /// Returns the part of the chip that the element uses.
     pub(crate) const fn part(self) -> ChipPart {
         if self.is_i2c() { ChipPart::I2c } else { ChipPart::Spi }
     }

@@ -56,6 +56,7 @@ pub(crate) struct Checker<'a> {
     pub program: &'a LadderProgram,
     /// Widths of the integers of the program.
     pub widths: IntegerWidths<'a>,
+    /// What has been found so far.
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
 

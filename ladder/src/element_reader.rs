@@ -214,6 +214,7 @@ fn read_coil(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> 
     Some(Element::Coil { name, negated: is(0), set: is(1), reset: is(2), ttrigger: flags.get(3).copied() })
 }
 
+/// Reads the name of a bit that begins with one of these letters.
 pub(crate) fn read_bit_name(
     r: &mut LdReader<'_>,
     token: LdToken<'_>,
@@ -440,6 +441,7 @@ fn read_constant(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>
     read_operand_in_range(r, keyword, token, what, low, high)
 }
 
+/// Reads a constant within a range, or the name of a symbol.
 pub(crate) fn read_operand_in_range(
     r: &mut LdReader<'_>,
     keyword: &'static str,

@@ -26,6 +26,7 @@ const SETTINGS: [&str; 10] = [
 /// The settings and lists before the rungs, as far as they have been read.
 #[derive(Default)]
 pub(crate) struct ProgramHead {
+    /// The microcontroller of the program, as the file names it.
     pub(crate) micro: Option<String>,
     cycle: Option<(u64, String)>,
     crystal: Option<(u64, String)>,
@@ -34,8 +35,11 @@ pub(crate) struct ProgramHead {
     compiled: Option<String>,
     /// Names of the settings and lists read so far, to find repeated ones.
     seen: Vec<&'static str>,
+    /// The inputs and outputs with their pins.
     pub(crate) io: Vec<IoEntry>,
+    /// The variables with their widths; None without such a list.
     pub(crate) vars: Option<Vec<VarEntry>>,
+    /// The masks of pull-up resistors; None without such a list.
     pub(crate) pull_ups: Option<Vec<String>>,
 }
 

@@ -52,6 +52,7 @@ pub(crate) struct LdReader<'a> {
 }
 
 impl<'a> LdReader<'a> {
+    /// Starts to read a file.
     pub(crate) fn new(file: &'a str) -> Self {
         LdReader {
             file,

@@ -313,6 +313,7 @@ pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     }
 }
 
+/// Returns the keyword of an operation with one operand.
 pub(crate) const fn unary_keyword(op: UnaryOp) -> &'static str {
     match op {
         UnaryOp::Not => "NOT",
@@ -324,6 +325,7 @@ pub(crate) const fn unary_keyword(op: UnaryOp) -> &'static str {
     }
 }
 
+/// Returns the keyword of a shift or rotation.
 pub(crate) const fn shift_keyword(op: ShiftOp) -> &'static str {
     match op {
         ShiftOp::Shl => "SHL",
@@ -334,10 +336,12 @@ pub(crate) const fn shift_keyword(op: ShiftOp) -> &'static str {
     }
 }
 
+/// Returns the keyword of an element that writes a bit of an integer.
 pub(crate) const fn bit_write_keyword(value: bool) -> &'static str {
     if value { "SET_BIT" } else { "CLEAR_BIT" }
 }
 
+/// Returns the keyword of an element that tests a bit of an integer.
 pub(crate) const fn bit_test_keyword(value: bool) -> &'static str {
     if value { "IF_BIT_SET" } else { "IF_BIT_CLEAR" }
 }
@@ -352,6 +356,7 @@ pub(crate) const fn segments_keyword(display: SegmentDisplay) -> &'static str {
     }
 }
 
+/// Returns the keyword of an element that converts a time.
 pub(crate) const fn time_value_keyword(is_scans: bool) -> &'static str {
     if is_scans { "TIME2COUNT" } else { "TIME2DELAY" }
 }

@@ -6,6 +6,7 @@ use crate::world::ScenarioInput;
 /// A scenario whose names and times are resolved for one machine, ready to be played.
 #[derive(Debug)]
 pub struct BoundScenario {
+    /// The name of the file of the scenario.
     pub(crate) file: String,
     /// The ops, in order.
     pub(crate) lines: Vec<PlayLine>,

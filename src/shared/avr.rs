@@ -136,7 +136,7 @@ impl AvrFlags {
         let mut given = [false; 3];
         for &FuseByte(at, value) in &self.fuse {
             let [name, _] = FUSES[at];
-            let has = chip.spaces.iter().any(|&(space, size, _)| space == "fuse" && at < size as usize);
+            let has = chip.spaces.iter().any(|space| space.name == "fuse" && at < space.size as usize);
             if !has {
                 return Err(VerbFailure::Usage(format!("{} has no {name} fuse byte", chip.name)));
             }

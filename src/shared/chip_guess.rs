@@ -138,7 +138,7 @@ impl HexContents {
         const WHOLE: ImageSpace =
             ImageSpace { name: "file", start: 0, len: u32::MAX, word: 1, word_bits: WordBits::All };
         let loaded = image::load_hex(file, bytes, &[WHOLE]).ok()?;
-        Some(HexContents { bytes: loaded.image.bytes_in(WHOLE.name).collect() })
+        Some(HexContents { bytes: loaded.image.bytes_in(WHOLE.name).map(|one| (one.addr, one.byte)).collect() })
     }
 
     /// Returns the signature. The HEX file holds its bytes in reverse order.

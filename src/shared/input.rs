@@ -179,7 +179,7 @@ fn foreign_symbol_warnings(found: &Symbols, files: &[String], image: &Image, chi
     let mut warnings: Vec<Diagnostic> = processors.map(warning).collect();
     let names = found.symbols.iter().filter(|symbol| symbol.space == chip.code_space).map(|symbol| symbol.addr);
     let places: HashSet<u32> = names.chain(found.lines.iter().map(|line| line.addr)).collect();
-    let mut filled = image.bytes_in(chip.code_space).map(|(addr, _)| addr).peekable();
+    let mut filled = image.bytes_in(chip.code_space).map(|one| one.addr).peekable();
     if !places.is_empty() && filled.peek().is_some() && !filled.any(|addr| places.contains(&addr)) {
         let cause = format!("no name and no source line is at an address that the image fills in {}", chip.code_space);
         let hint = "are these the symbols of this program? Give the files that were written with the image";

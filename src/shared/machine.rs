@@ -5,6 +5,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId};
+use emu_debug::serial_sender::TimedText;
 use emu_debug::stimulus::{ExternalDrive, missing_pin_reason, parse_drive, parse_timed_drive};
 use emu_debug::text_escapes::unescape;
 use emu_debug::{CycleClock, ProgramSource, SerialLineSender, TimedDrive, time};
@@ -183,10 +184,10 @@ impl MachineArgs {
         if self.uart_in.is_empty() {
             return Ok(Vec::new());
         }
-        let text = |typed: &String| -> Result<(CycleTime, Vec<u8>), String> {
+        let text = |typed: &String| -> Result<TimedText, String> {
             let (time, text) =
                 typed.split_once(':').ok_or_else(|| format!("`{typed}` gives no time; write 10ms:{typed}"))?;
-            Ok((clock.parse_moment(time)?, unescape(text)?))
+            Ok(TimedText { at: clock.parse_moment(time)?, bytes: unescape(text)? })
         };
         let text = |typed: &String| {
             text(typed).map_err(|why| VerbFailure::invalid_flag_value("--uart-in <TIME:TEXT>", typed, &why))

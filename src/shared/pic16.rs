@@ -112,7 +112,7 @@ pub fn warn_missing_config(chip: &Chip, image: &Image, options: &Options) {
     let Some(part) = part(chip).filter(|_| options.config.is_none()) else { return };
     let (Some(&addr), Some(&erased)) = (part.config.words.first(), part.config.erased.first()) else { return };
     let first = 2 * u32::from(addr - CONFIG);
-    if image.bytes_in("config").any(|(at, _)| at == first) {
+    if image.bytes_in("config").any(|one| one.addr == first) {
         return;
     }
     output::print_to_stderr(&format!(

@@ -79,15 +79,23 @@ impl SimInput {
     }
 }
 
+/// A table of inputs by scan.
+pub struct InputTable {
+    /// The last scan, if there is one.
+    pub last: Option<u64>,
+    /// The changes in order.
+    pub changes: Vec<ScanChange>,
+}
+
 /// Reads a table of inputs by scan. Columns of inputs X.. and of analog inputs count. Returns the last scan,
 /// if there is one, and the changes in order. Errors carry their place in the file.
-pub fn read_input_table(file: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<ScanChange>), VerbFailure> {
+pub fn read_input_table(file: &str, evaluator: &Evaluator) -> Result<InputTable, VerbFailure> {
     let bytes = input::read_bytes(file)?;
     let text = diag::text::readable(&bytes);
     read(file, &text, evaluator).map_err(|fault| VerbFailure::Refused(vec![*fault], FileTexts::one(file, bytes)))
 }
 
-fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<ScanChange>), Box<Diagnostic>> {
+fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<InputTable, Box<Diagnostic>> {
     let mut lines = (1u32..).zip(text.lines()).map(|(number, line)| (number, cells(line)));
     let fault = |pos: Pos, cause: String, hint: &str| {
         Box::new(Diagnostic::new(Severity::Error, INPUT_TABLE, file, pos, cause, hint))
@@ -143,7 +151,7 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
             }
         }
     }
-    Ok(((before > 0).then_some(before), changes))
+    Ok(InputTable { last: (before > 0).then_some(before), changes })
 }
 
 /// Splits a line into trimmed values, each with its column, counted from 1.

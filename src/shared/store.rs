@@ -5,7 +5,7 @@ use std::path::Path;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
-use emu_core::image::{AVR_AREAS, Image, ImageSpace, WordBits, load_hex, write_hex};
+use emu_core::image::{AVR_AREAS, HexSegment, Image, ImageSpace, WordBits, load_hex, write_hex};
 
 use crate::shared::codes::{MEMORY_SIZE, file_error};
 use crate::shared::fail::VerbFailure;
@@ -49,7 +49,7 @@ impl MemoryFile {
     /// Writes the contents of the memory into the file.
     pub fn keep(self, bytes: &[u8]) -> Result<(), VerbFailure> {
         let mut out = self.pending.writer()?;
-        let text = if self.hex { write_hex(&[(0, bytes)]).into_bytes() } else { bytes.to_vec() };
+        let text = if self.hex { write_hex(&[HexSegment { addr: 0, bytes }]).into_bytes() } else { bytes.to_vec() };
         out.write_all(&text)
             .and_then(|()| out.flush())
             .map_err(|error| VerbFailure::write_failed(&self.name, &error))?;

@@ -6,7 +6,7 @@ use clap::Args;
 use diag::{Diagnostic, Severity};
 use emu_asm::{AssembleOptions, AssembledProgram, NamedText};
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::image::{Image, write_hex, write_hex_aligned};
+use emu_core::image::{HexSegment, Image, write_hex, write_hex_aligned};
 use serde_json::json;
 
 use crate::shared::assembly::{assemble, report_warnings};
@@ -123,7 +123,7 @@ pub fn asm(args: &AsmArgs, style: &MessageStyle) -> Result<u8, VerbFailure> {
 fn hex_of(assembled: &AssembledProgram, chip: &Chip) -> String {
     let placed = assembled.image.segments.iter().filter_map(|segment| {
         let window = chip.hex_spaces.iter().find(|window| window.name == segment.space)?;
-        Some((window.start + segment.addr, segment.bytes.as_slice()))
+        Some(HexSegment { addr: window.start + segment.addr, bytes: &segment.bytes })
     });
     let placed: Vec<_> = placed.collect();
     // The bytes equal those of the file that the family's usual assembler writes.
@@ -136,7 +136,7 @@ fn hex_of(assembled: &AssembledProgram, chip: &Chip) -> String {
 /// Returns the EEPROM contents of the image as a separate Intel HEX file.
 fn eeprom_of(image: &Image) -> String {
     let segments = image.segments.iter().filter(|segment| segment.space == EEPROM);
-    write_hex(&segments.map(|segment| (segment.addr, segment.bytes.as_slice())).collect::<Vec<_>>())
+    write_hex(&segments.map(|segment| HexSegment { addr: segment.addr, bytes: &segment.bytes }).collect::<Vec<_>>())
 }
 
 /// Warns of memories that the source fills but no file holds: the Intel HEX file of an AVR holds only its

@@ -2,7 +2,8 @@
 
 use clap::Args;
 use diag::align_columns;
-use emu_core::chip::{Chip, ChipPackage, PinDef};
+use emu_core::ChipPin;
+use emu_core::chip::{Chip, ChipPackage, ChipSpace, PinDef};
 use emu_core::pins::PinId;
 use serde_json::{Value, json};
 
@@ -58,7 +59,7 @@ fn table(chip: &Chip) -> String {
     if !names.is_empty() {
         rows.push(["pin"].iter().chain(&names).map(|&name| name.to_owned()).collect());
     }
-    for (id, def) in chip.present_pins() {
+    for ChipPin { id, def } in chip.present_pins() {
         let shown = |number: Option<u8>| number.map_or("-".to_owned(), |number| number.to_string());
         let numbers = numbers(id, def).into_iter().map(shown);
         rows.push(std::iter::once(def.name.to_owned()).chain(numbers).chain([def.note.to_owned()]).collect());
@@ -69,14 +70,13 @@ fn table(chip: &Chip) -> String {
 
 /// Returns a package as JSON: its name, and the numbers of its pins by pin name.
 fn package(chip: &Chip, package: &ChipPackage) -> Value {
-    let number =
-        |(id, def): (PinId, &PinDef)| package.pin_number(id).map(|number| (def.name.to_owned(), json!(number)));
+    let number = |pin: ChipPin| package.pin_number(pin.id).map(|number| (pin.def.name.to_owned(), json!(number)));
     let pins: serde_json::Map<String, Value> = chip.present_pins().filter_map(number).collect();
     json!({ "name": package.name, "pins": pins })
 }
 
 fn document(chip: &Chip) -> Value {
-    let pins = chip.present_pins().map(|(_, def)| def);
+    let pins = chip.present_pins().map(|pin| pin.def);
     json!({
         "name": chip.name,
         "family": chip.family_traits().id,
@@ -107,8 +107,8 @@ fn unit(chip: &Chip, space: &str) -> &'static str {
     if family::is_of_bits(chip, space) { "bits" } else { "bytes" }
 }
 
-fn space(chip: &Chip, &(name, addresses, width): &(&str, u32, u32)) -> Value {
-    let mut space = json!({ "name": name, unit(chip, name): addresses * width });
+fn space(chip: &Chip, &ChipSpace { name, size, width }: &ChipSpace) -> Value {
+    let mut space = json!({ "name": name, unit(chip, name): size * width });
     if width > 1 {
         space["bytes_per_address"] = json!(width);
     }

@@ -5,6 +5,7 @@ mod back;
 mod blocks;
 mod calls;
 mod code;
+mod command_error;
 pub mod commands;
 mod data;
 mod declared;

@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use diag::text::readable;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit, StopReason};
-use emu_core::image::{Image, write_hex};
+use emu_core::image::{HexSegment, Image, write_hex};
 use emu_debug::lockstep::gpsim::{self, GpsimPeer};
 use emu_debug::lockstep::s51::{self, S51Peer};
 use emu_debug::lockstep::simavr::{self, SimavrPeer};
@@ -248,10 +248,13 @@ impl OwnMachine<'_> {
             // simavr starts at the last segment of a file with gaps.
             let mut code = vec![0xFF; self.image.end(chip.code_space) as usize];
             self.image.fill(chip.code_space, &mut code);
-            fs::write(&place, write_hex(&[(0, &code)]))
+            fs::write(&place, write_hex(&[HexSegment { addr: 0, bytes: &code }]))
         } else {
             let code = self.image.segments.iter().filter(|segment| segment.space == chip.code_space);
-            fs::write(&place, write_hex(&code.map(|one| (one.addr, one.bytes.as_slice())).collect::<Vec<_>>()))
+            fs::write(
+                &place,
+                write_hex(&code.map(|one| HexSegment { addr: one.addr, bytes: &one.bytes }).collect::<Vec<_>>()),
+            )
         };
         made.map_err(|error| VerbFailure::write_failed(&place.display().to_string(), &error))?;
         Ok(NAME.to_owned())

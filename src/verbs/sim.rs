@@ -16,7 +16,7 @@ use crate::shared::flags::LadderFlags;
 use crate::shared::output::PendingFile;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
-use crate::shared::scan_inputs::{ScanChange, SimInput};
+use crate::shared::scan_inputs::{InputTable, ScanChange, SimInput};
 use crate::shared::usage_error::UsageError;
 use crate::shared::{input, output, scan_bits, scan_inputs};
 use crate::verbs::sim::trace::ScanTraceTable;
@@ -207,9 +207,9 @@ pub fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> dia
 
 /// Returns the number of scans, and all changes in the order in which they are applied.
 fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<ScanChange>), VerbFailure> {
-    let (last, mut changes) = match &args.inputs {
+    let InputTable { last, mut changes } = match &args.inputs {
         Some(file) => scan_inputs::read_input_table(file, evaluator)?,
-        None => (None, Vec::new()),
+        None => InputTable { last: None, changes: Vec::new() },
     };
     let scans = args.scans.or(last).unwrap_or(DEFAULT_SCANS).min(MAX_SCANS);
     for text in &args.set {

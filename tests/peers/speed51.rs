@@ -37,7 +37,8 @@ fn hex(folder: &Path) -> Result<(), String> {
     for (name, source) in programs::programs() {
         let image = assemble::image(&source).map_err(|e| format!("{name}: {e}"))?;
         let path = folder.join(format!("{name}.hex"));
-        let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, &s.bytes[..])).collect();
+        let segments: Vec<_> =
+            image.segments.iter().map(|s| emu_core::image::HexSegment { addr: s.addr, bytes: &s.bytes }).collect();
         std::fs::write(&path, write_hex(&segments)).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("{name}");
     }

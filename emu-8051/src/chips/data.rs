@@ -1,6 +1,6 @@
 //! Registers, bits and pins in groups, from which the rows of the chips are assembled.
 
-use emu_core::chip::{NamedAddress, PinDef};
+use emu_core::chip::{NamedAddress, NamedConstant, PinDef};
 
 /// Rows of [`NamedAddress`]: address and name.
 macro_rules! rows {
@@ -65,14 +65,20 @@ pub(super) const BITS_NO_TIMER2: &[NamedAddress] = rows! { 0xAD "IE.5" 0xBD "IP.
 /// Alternative functions of the pins of port 3, as names of their bits (manual, "Port structures and
 /// operation").
 #[rustfmt::skip]
-pub(super) const PORT_3: &[(&str, i32)] =
-    &[("RXD", 0xB0), ("TXD", 0xB1), ("INT0", 0xB2), ("INT1", 0xB3), ("T0", 0xB4), ("T1", 0xB5)];
+pub(super) const PORT_3: &[NamedConstant] =
+    &[constant("RXD", 0xB0), constant("TXD", 0xB1), constant("INT0", 0xB2), constant("INT1", 0xB3), constant("T0", 0xB4), constant("T1", 0xB5)];
 
 /// Alternative functions of port 3 on chips with an external bus.
-pub(super) const PORT_3_BUS: &[(&str, i32)] = &[("WR", 0xB6), ("RD", 0xB7)];
+pub(super) const PORT_3_BUS: &[NamedConstant] = &[constant("WR", 0xB6), constant("RD", 0xB7)];
 
 /// Pins of timer 2, and its bits with a slash in the spelling of sdas8051.
-pub(super) const PORT_1_TIMER2: &[(&str, i32)] = &[("T2", 0x90), ("T2EX", 0x91), ("CPRL2", 0xC8), ("CT2", 0xC9)];
+pub(super) const PORT_1_TIMER2: &[NamedConstant] =
+    &[constant("T2", 0x90), constant("T2EX", 0x91), constant("CPRL2", 0xC8), constant("CT2", 0xC9)];
+
+/// Makes a constant of a header.
+const fn constant(name: &'static str, value: i32) -> NamedConstant {
+    NamedConstant { name, value }
+}
 
 /// Merges groups into one list sorted by address; at equal addresses, earlier groups come first.
 macro_rules! regs {

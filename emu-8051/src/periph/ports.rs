@@ -5,7 +5,7 @@
 //! a pin low that the outside drives high, a contention is reported.
 
 use emu_core::pins::{PinId, PinLevel, PinState};
-use emu_core::state;
+use emu_core::{PinOutput, state};
 
 use crate::chips::Mcs51Part;
 use crate::periph::map::pin;
@@ -112,7 +112,7 @@ impl Mcs51Ports {
         let wire = self.pins.get_mut(usize::from(pin))?;
         let before = wire.level();
         outside(wire);
-        let (own, pull_up) = self.driven_level(pin);
+        let PinOutput { level: own, pull_up } = self.driven_level(pin);
         let wire = self.pins.get_mut(usize::from(pin))?;
         (wire.driven, wire.pull_up) = (own, pull_up);
         wire.settle(at);
@@ -141,15 +141,19 @@ impl Mcs51Ports {
     }
 
     /// How the chip drives a pin: the level, and whether a pull-up is on.
-    fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
+    fn driven_level(&self, pin: PinId) -> PinOutput {
         let port = usize::from(pin / 8);
         let low = match pin {
             // RST has an internal pull-down ("Reset").
-            pin::RST if self.rst_high => return (PinLevel::High, false),
-            pin::RST if self.pin(pin).external == PinLevel::Float => return (PinLevel::Low, false),
-            pin::RST => return (PinLevel::Float, false),
-            _ if self.is_bus(pin) => return (PinLevel::Float, false),
-            pin::OUT if self.has_comparator => return (PinLevel::from_bit(self.comparator_out()), false),
+            pin::RST if self.rst_high => return PinOutput { level: PinLevel::High, pull_up: false },
+            pin::RST if self.pin(pin).external == PinLevel::Float => {
+                return PinOutput { level: PinLevel::Low, pull_up: false };
+            }
+            pin::RST => return PinOutput { level: PinLevel::Float, pull_up: false },
+            _ if self.is_bus(pin) => return PinOutput { level: PinLevel::Float, pull_up: false },
+            pin::OUT if self.has_comparator => {
+                return PinOutput { level: PinLevel::from_bit(self.comparator_out()), pull_up: false };
+            }
             pin::RXD => self.rxd_low,
             pin::TXD => self.txd_low,
             pin::T2 => self.t2_low,
@@ -157,6 +161,6 @@ impl Mcs51Ports {
         };
         let latch = self.latch.get(port).is_none_or(|latch| latch >> (pin % 8) & 1 == 1);
         let open = port == 0 || self.has_comparator && matches!(pin, 8 | 9);
-        (if low || !latch { PinLevel::Low } else { PinLevel::Float }, !open)
+        PinOutput { level: if low || !latch { PinLevel::Low } else { PinLevel::Float }, pull_up: !open }
     }
 }

@@ -39,6 +39,7 @@ pub(super) struct InputPin {
 state! { InputPin { level, was, at, fell_cycle } }
 
 impl InputPin {
+    /// A pin that has been high from the start.
     pub(super) const HIGH: InputPin = InputPin { level: true, was: true, at: NEVER, fell_cycle: NEVER };
 
     /// Sets the level from `cycle` on. Of several changes in one cycle the last one is sampled.
@@ -107,16 +108,25 @@ state! {
     TimerCounts { synced, tl, th, flag, since, overflows } if |of, now| of.synced <= now && of.overflows != NEVER
 }
 
+/// When a timer overflows, in counts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OverflowCounts {
+    /// Counts until the next overflow.
+    pub(super) first: u64,
+    /// Counts from one overflow to the next.
+    pub(super) period: u64,
+}
+
 impl TimerCounts {
     /// Counts until the next overflow of timer `n`, and from one overflow to the next.
-    fn counts_to_overflow(&self, n: usize, shape: TimerShape) -> (u64, u64) {
+    fn counts_to_overflow(&self, n: usize, shape: TimerShape) -> OverflowCounts {
         let (tl, th) = (u64::from(self.tl[n]), u64::from(self.th[n]));
         match shape {
-            TimerShape::Thirteen => (0x2000 - (th << 5 | tl & 0x1F), 0x2000),
-            TimerShape::Sixteen => (0x1_0000 - (th << 8 | tl), 0x1_0000),
-            TimerShape::Reload => (0x100 - tl, 0x100 - th),
-            TimerShape::Low => (0x100 - tl, 0x100),
-            TimerShape::High => (0x100 - th, 0x100),
+            TimerShape::Thirteen => OverflowCounts { first: 0x2000 - (th << 5 | tl & 0x1F), period: 0x2000 },
+            TimerShape::Sixteen => OverflowCounts { first: 0x1_0000 - (th << 8 | tl), period: 0x1_0000 },
+            TimerShape::Reload => OverflowCounts { first: 0x100 - tl, period: 0x100 - th },
+            TimerShape::Low => OverflowCounts { first: 0x100 - tl, period: 0x100 },
+            TimerShape::High => OverflowCounts { first: 0x100 - th, period: 0x100 },
         }
     }
 
@@ -134,7 +144,7 @@ impl TimerCounts {
                 (self.tl[n], self.th[n]) = (low, (sum >> 8) as u8);
             }
             TimerShape::Reload => {
-                let (first, period) = self.counts_to_overflow(n, shape);
+                let OverflowCounts { first, period } = self.counts_to_overflow(n, shape);
                 self.tl[n] = if counts < first { low } else { th.wrapping_add(((counts - first) % period) as u8) };
             }
             TimerShape::Low => self.tl[n] = low,
@@ -343,7 +353,7 @@ impl Mcs51Timers {
 
     fn ticks_from(&self, counts: &TimerCounts) -> Ticks {
         let (feed, shape) = self.counter_setup[TIMER1_COUNTER];
-        let (_, period) = counts.counts_to_overflow(1, shape);
+        let OverflowCounts { period, .. } = counts.counts_to_overflow(1, shape);
         Ticks {
             count: counts.overflows,
             next: self.overflow_cycle(counts, TIMER1_COUNTER),
@@ -416,7 +426,7 @@ impl Mcs51Timers {
     /// The cycle of a counter's next overflow after `counts`; [`NEVER`] if there is none.
     fn overflow_cycle(&self, counts: &TimerCounts, counter: usize) -> u64 {
         let (feed, shape) = self.counter_setup[counter];
-        let (first, _) = counts.counts_to_overflow(COUNTER_OWNER[counter], shape);
+        let OverflowCounts { first, .. } = counts.counts_to_overflow(COUNTER_OWNER[counter], shape);
         match feed {
             TimerFeed::Cycles => counts.synced.saturating_add(first),
             TimerFeed::OneEdge(cycle) if first == 1 && cycle > counts.synced => cycle,
@@ -433,7 +443,7 @@ impl Mcs51Timers {
             if counts == 0 {
                 continue;
             }
-            let (first, period) = self.counts.counts_to_overflow(n, shape);
+            let OverflowCounts { first, period } = self.counts.counts_to_overflow(n, shape);
             if counts >= first {
                 let cycle = self.overflow_cycle(&self.counts, counter);
                 if counter == TIMER1_COUNTER {

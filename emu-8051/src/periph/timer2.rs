@@ -26,6 +26,7 @@ use super::map::{pin, sfr};
 use super::ticks::Ticks;
 use super::timer::{InputPin, overflows_in};
 use super::{Device, Mcs51Outbox, Mcs51Signal};
+use crate::periph::timer::OverflowCounts;
 use emu_core::NEVER;
 use emu_core::pins::{CycleTime, PinId};
 use emu_core::state;
@@ -306,7 +307,7 @@ impl Mcs51Timer2 {
     #[must_use]
     pub fn next_flag(&self) -> u64 {
         let Timer2Counts { synced, .. } = self.counts;
-        let (first, _) = self.counts_to_overflow(&self.counts);
+        let OverflowCounts { first, .. } = self.counts_to_overflow(&self.counts);
         let overflow = match self.setup.feed {
             Timer2Feed::Cycles => synced.saturating_add(first),
             Timer2Feed::OneEdge(cycle) if first == 1 && cycle > synced && !self.setup.is_generator => cycle,
@@ -328,7 +329,7 @@ impl Mcs51Timer2 {
     }
 
     fn ticks_from(&self, counts: &Timer2Counts) -> Ticks {
-        let (first, period) = self.counts_to_overflow(counts);
+        let OverflowCounts { first, period } = self.counts_to_overflow(counts);
         let (next, period) = match self.setup.feed {
             Timer2Feed::States => (counts.next_state().saturating_add(first - 1), period),
             Timer2Feed::OneEdge(cycle) if first == 1 && cycle > counts.synced && self.setup.is_generator => {
@@ -366,11 +367,11 @@ impl Mcs51Timer2 {
     }
 
     /// Counts until the next overflow, and from one overflow to the next.
-    fn counts_to_overflow(&self, counts: &Timer2Counts) -> (u64, u64) {
+    fn counts_to_overflow(&self, counts: &Timer2Counts) -> OverflowCounts {
         let Timer2Counts { value, rcap, .. } = *counts;
         let period = 0x1_0000 - if self.setup.reload { u64::from(rcap) } else { 0 };
         let first = if self.setup.down { 1 + u64::from(value.wrapping_sub(rcap)) } else { 0x1_0000 - u64::from(value) };
-        (first, period)
+        OverflowCounts { first, period }
     }
 
     /// Advances everything except edges of T2EX to S5P2 of cycle `now`.
@@ -392,7 +393,7 @@ impl Mcs51Timer2 {
 
     /// Adds `counts` counts. If each takes a cycle, `from` is the cycle before the first.
     fn count(&mut self, counts: u64, from: u64) {
-        let (first, period) = self.counts_to_overflow(&self.counts);
+        let OverflowCounts { first, period } = self.counts_to_overflow(&self.counts);
         let Timer2Setup { is_generator: generator, clock, reload, counts_up_down: updown, down, .. } = self.setup;
         let state = &mut self.counts;
         if counts < first {

@@ -1,6 +1,7 @@
 //! The chip as the core and the run loop access it: registers, interrupts, inputs from outside, and what
 //! keeps the chip awake.
 
+use emu_core::RegisterRead;
 use std::convert::Infallible;
 
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
@@ -14,7 +15,7 @@ use crate::periph::map::sfr;
 impl Bus for Mcs51Soc {
     type Request = Infallible;
 
-    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+    fn read(&mut self, reg: u16, now: u64) -> RegisterRead {
         let due = self.next_due() <= now;
         self.run(now);
         let addr = reg as u8;
@@ -24,12 +25,12 @@ impl Bus for Mcs51Soc {
         let hold = self.readings.read_holds_interrupts && matches!(addr, sfr::IE | sfr::IP);
         let wake =
             BusEffect(if due { BusEffect::RECHECK.0 } else { 0 } | if hold { BusEffect::HOLD_INTERRUPTS.0 } else { 0 });
-        (self.read_sfr(addr), wake)
+        RegisterRead { value: self.read_sfr(addr), effect: wake }
     }
 
-    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+    fn read_latch(&mut self, reg: u16, now: u64) -> RegisterRead {
         match port_of(reg as u8).filter(|&port| !self.is_port_missing(port)) {
-            Some(port) => (self.ports.latch(port), BusEffect::NONE),
+            Some(port) => RegisterRead { value: self.ports.latch(port), effect: BusEffect::NONE },
             None => self.read(reg, now),
         }
     }

@@ -2,7 +2,7 @@
 
 use emu_ap101::chips::AP101;
 use emu_ap101::{Ap101, Ap101Config, InputSampling};
-use emu_core::image::{load_hex, write_hex};
+use emu_core::image::{HexSegment, load_hex, write_hex};
 
 use crate::rig::{Block, image, words};
 
@@ -101,7 +101,7 @@ fn an_image_comes_back_from_its_hex_file() {
                 AP101.hex_spaces.iter().find(|window| window.name == space).map_or(0, |window| window.start)
             };
             let segments: Vec<_> =
-                image.segments.iter().map(|s| (start(s.space) + s.addr, s.bytes.as_slice())).collect();
+                image.segments.iter().map(|s| HexSegment { addr: start(s.space) + s.addr, bytes: &s.bytes }).collect();
             write_hex(&segments)
         };
         let text = write(&image);
@@ -115,10 +115,10 @@ fn an_image_comes_back_from_its_hex_file() {
 
 #[test]
 fn half_a_word_is_noted_and_bytes_after_the_memories_are_refused() {
-    let text = write_hex(&[(0, &[1, 2, 3])]);
+    let text = write_hex(&[HexSegment { addr: 0, bytes: &[1, 2, 3] }]);
     let loaded = load_hex("a.hex", text.as_bytes(), AP101.hex_spaces).expect("half a word stays erased");
     let codes: Vec<&str> = loaded.warnings.iter().map(|note| note.code).collect();
     assert_eq!(codes, ["HEX018"]);
-    let behind = write_hex(&[(0x1300, &[1])]);
+    let behind = write_hex(&[HexSegment { addr: 0x1300, bytes: &[1] }]);
     assert!(load_hex("a.hex", behind.as_bytes(), AP101.hex_spaces).is_err());
 }

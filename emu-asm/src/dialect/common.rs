@@ -74,6 +74,7 @@ pub(super) fn report_no_effect(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>
     );
 }
 
+/// `.org`: sets the address of what follows.
 pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = required_arguments(asm, call);
     let Some(at) = parts.first().and_then(|part| asm.evaluate_address(call.text, part.clone())) else {
@@ -166,6 +167,7 @@ pub(super) fn value_of(asm: &mut Assembler<'_>, text: &str, range: Range<usize>,
     value.number & (limit - 1)
 }
 
+/// `.db`: emits bytes and texts.
 pub(super) fn bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in required_arguments(asm, call) {
         text_or_byte(asm, call, part);
@@ -184,6 +186,7 @@ pub(super) fn text_or_byte(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, pa
     }
 }
 
+/// `.dw`: emits 16-bit words in the byte order of the dialect.
 pub(super) fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in required_arguments(asm, call) {
         let value = value_of(asm, call.text, part.clone(), 16) as u16;
@@ -291,6 +294,7 @@ fn strings(text: &str, part: Range<usize>, zero: bool) -> Option<Vec<u8>> {
     Some(bytes).filter(|_| !part.is_empty())
 }
 
+/// Emits texts in quotes; with `zero` a byte 0 follows each of them.
 pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, zero: bool) {
     for part in required_arguments(asm, call) {
         match strings(call.text, part.clone(), zero) {
@@ -303,6 +307,7 @@ pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, zero: bool
     }
 }
 
+/// `.include`: reads another file in place of the line.
 pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
@@ -361,6 +366,7 @@ pub(super) fn purge(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
+/// Reports the text of the line as an error, or as a warning if `error` is false.
 pub(super) fn message(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, error: bool) {
     let rest = trim(call.text, call.rest.clone());
     let text = match call.get(rest.clone()).trim_matches('"') {
@@ -372,6 +378,7 @@ pub(super) fn message(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, error: 
     asm.report(if error { fault } else { fault.warning() });
 }
 
+/// Returns whether the condition of an `.if` is not 0.
 pub(super) fn if_true(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
     if call.get(call.word.clone()).starts_with('#') {
         return asm.evaluate_c_condition(call.text, call.rest.clone()) != 0;
@@ -390,6 +397,7 @@ fn compare(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64) -> 
     holds(if asm.dialect.hooks.is_sdas { i64::from(difference as i32) } else { difference })
 }
 
+/// Returns whether the argument is empty or `<>`.
 pub(super) fn is_blank(call: &DirectiveCall<'_>) -> bool {
     matches!(call.get(trim(call.text, call.rest.clone())), "" | "<>")
 }
@@ -400,6 +408,7 @@ fn are_alike(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
     text(0) == text(1)
 }
 
+/// Returns whether the symbol in the argument exists, or with `wanted` false, whether it does not.
 pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, wanted: bool) -> bool {
     let name = call.get(trim(call.text, call.rest.clone()));
     // `$ifdef (NAME)`.

@@ -5,20 +5,21 @@
 
 use super::FuseLayout;
 use super::fuses::start_up_old;
+use crate::chips::FuseField;
 
 /// TCCRn of an 8-bit timer with one channel: FOC, WGM0, COM1, COM0, WGM1, CS2 to CS0. FOC is written last,
 /// because its effect depends on the other bits.
 macro_rules! tccr {
     ($n:literal) => {
         Split(&[
-            (6, Timer($n, TCCRA), 0),
-            (5, Timer($n, TCCRA), 7),
-            (4, Timer($n, TCCRA), 6),
-            (3, Timer($n, TCCRA), 1),
-            (7, Timer($n, TCCRB), 7),
-            (2, Timer($n, TCCRB), 2),
-            (1, Timer($n, TCCRB), 1),
-            (0, Timer($n, TCCRB), 0),
+            SplitBit { bit: 6, slot: Timer($n, TCCRA), its_bit: 0 },
+            SplitBit { bit: 5, slot: Timer($n, TCCRA), its_bit: 7 },
+            SplitBit { bit: 4, slot: Timer($n, TCCRA), its_bit: 6 },
+            SplitBit { bit: 3, slot: Timer($n, TCCRA), its_bit: 1 },
+            SplitBit { bit: 7, slot: Timer($n, TCCRB), its_bit: 7 },
+            SplitBit { bit: 2, slot: Timer($n, TCCRB), its_bit: 2 },
+            SplitBit { bit: 1, slot: Timer($n, TCCRB), its_bit: 1 },
+            SplitBit { bit: 0, slot: Timer($n, TCCRB), its_bit: 0 },
         ])
     };
 }
@@ -28,14 +29,14 @@ pub(super) use tccr;
 macro_rules! tccra {
     ($n:literal) => {
         Split(&[
-            (7, Timer($n, TCCRA), 7),
-            (6, Timer($n, TCCRA), 6),
-            (5, Timer($n, TCCRA), 5),
-            (4, Timer($n, TCCRA), 4),
-            (1, Timer($n, TCCRA), 1),
-            (0, Timer($n, TCCRA), 0),
-            (3, Timer($n, TCCRC), 7),
-            (2, Timer($n, TCCRC), 6),
+            SplitBit { bit: 7, slot: Timer($n, TCCRA), its_bit: 7 },
+            SplitBit { bit: 6, slot: Timer($n, TCCRA), its_bit: 6 },
+            SplitBit { bit: 5, slot: Timer($n, TCCRA), its_bit: 5 },
+            SplitBit { bit: 4, slot: Timer($n, TCCRA), its_bit: 4 },
+            SplitBit { bit: 1, slot: Timer($n, TCCRA), its_bit: 1 },
+            SplitBit { bit: 0, slot: Timer($n, TCCRA), its_bit: 0 },
+            SplitBit { bit: 3, slot: Timer($n, TCCRC), its_bit: 7 },
+            SplitBit { bit: 2, slot: Timer($n, TCCRC), its_bit: 6 },
         ])
     };
 }
@@ -44,7 +45,12 @@ pub(super) use tccra;
 /// ASSR: ASn, TCNnUB, OCRnUB, TCRnUB.
 macro_rules! assr {
     ($n:literal) => {
-        Split(&[(3, Timer($n, ASSR), 5), (2, Timer($n, ASSR), 4), (1, Timer($n, ASSR), 3), (0, Timer($n, ASSR), 1)])
+        Split(&[
+            SplitBit { bit: 3, slot: Timer($n, ASSR), its_bit: 5 },
+            SplitBit { bit: 2, slot: Timer($n, ASSR), its_bit: 4 },
+            SplitBit { bit: 1, slot: Timer($n, ASSR), its_bit: 3 },
+            SplitBit { bit: 0, slot: Timer($n, ASSR), its_bit: 1 },
+        ])
     };
 }
 pub(super) use assr;
@@ -53,14 +59,14 @@ pub(super) use assr;
 macro_rules! timers {
     ($reg:ident) => {
         Split(&[
-            (7, Timer(2, $reg), 1),
-            (6, Timer(2, $reg), 0),
-            (5, Timer(1, $reg), 5),
-            (4, Timer(1, $reg), 1),
-            (3, Timer(1, $reg), 2),
-            (2, Timer(1, $reg), 0),
-            (1, Timer(0, $reg), 1),
-            (0, Timer(0, $reg), 0),
+            SplitBit { bit: 7, slot: Timer(2, $reg), its_bit: 1 },
+            SplitBit { bit: 6, slot: Timer(2, $reg), its_bit: 0 },
+            SplitBit { bit: 5, slot: Timer(1, $reg), its_bit: 5 },
+            SplitBit { bit: 4, slot: Timer(1, $reg), its_bit: 1 },
+            SplitBit { bit: 3, slot: Timer(1, $reg), its_bit: 2 },
+            SplitBit { bit: 2, slot: Timer(1, $reg), its_bit: 0 },
+            SplitBit { bit: 1, slot: Timer(0, $reg), its_bit: 1 },
+            SplitBit { bit: 0, slot: Timer(0, $reg), its_bit: 0 },
         ])
     };
 }
@@ -69,7 +75,7 @@ pub(super) use timers;
 /// GICR or GIFR without their other bits.
 macro_rules! general {
     ($reg:ident $(, $more:expr)*) => {
-        Split(&[(7, External($reg), 1), (6, External($reg), 0) $(, $more)*])
+        Split(&[SplitBit { bit: 7, slot: External($reg), its_bit: 1 }, SplitBit { bit: 6, slot: External($reg), its_bit: 0 } $(, $more)*])
     };
 }
 pub(super) use general;
@@ -77,7 +83,7 @@ pub(super) use general;
 /// MCUCSR: the reset flags, and the further bits that some chips have in it.
 macro_rules! mcucsr {
     ($($more:expr),*) => {
-        Split(&[(3, Own(MCUSR), 3), (2, Own(MCUSR), 2), (1, Own(MCUSR), 1), (0, Own(MCUSR), 0) $(, $more)*])
+        Split(&[SplitBit { bit: 3, slot: Own(MCUSR), its_bit: 3 }, SplitBit { bit: 2, slot: Own(MCUSR), its_bit: 2 }, SplitBit { bit: 1, slot: Own(MCUSR), its_bit: 1 }, SplitBit { bit: 0, slot: Own(MCUSR), its_bit: 0 } $(, $more)*])
     };
 }
 pub(super) use mcucsr;
@@ -86,16 +92,16 @@ pub(super) use mcucsr;
 pub(super) const FUSES: FuseLayout = FuseLayout {
     default_bytes: [0xE0, 0xD9, 0xFF],
     ckdiv8: None,
-    cksel: (0, 0, 4),
-    sut: (0, 4, 2),
+    cksel: FuseField { byte: 0, bit: 0, bits: 4 },
+    sut: FuseField { byte: 0, bit: 4, bits: 2 },
     start_up: start_up_old,
     reset_clocks: 0,
     wdton: None,
-    eesave: (1, 3, 1),
-    bootsz: Some((1, 1, 2)),
-    bootrst: Some((1, 0, 1)),
+    eesave: FuseField { byte: 1, bit: 3, bits: 1 },
+    bootsz: Some(FuseField { byte: 1, bit: 1, bits: 2 }),
+    bootrst: Some(FuseField { byte: 1, bit: 0, bits: 1 }),
     rstdisbl: None,
-    bodlevel: (0, 6, 2),
+    bodlevel: FuseField { byte: 0, bit: 6, bits: 2 },
     bod_mv: &[4_000, 0, 2_700, 0],
 };
 

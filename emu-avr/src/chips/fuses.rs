@@ -1,8 +1,15 @@
 //! Fuses: the position of each fuse in the fuse bytes, and its meaning.
 
-/// Position of a fuse: byte (0 low, 1 high, 2 extended), lowest bit, number of bits. A bit of 0 is
-/// programmed.
-pub type FuseField = (u8, u8, u8);
+/// Position of a fuse in the fuse bytes. A bit of 0 is programmed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FuseField {
+    /// The fuse byte: 0 low, 1 high, 2 extended.
+    pub byte: u8,
+    /// The lowest bit in it.
+    pub bit: u8,
+    /// The number of bits.
+    pub bits: u8,
+}
 
 /// How long a chip waits before its first instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +75,7 @@ impl FuseLayout {
     /// Returns the value of a fuse in the fuse bytes `bytes`. A bit of 0 is programmed.
     #[must_use]
     pub const fn value(bytes: [u8; 3], fuse: FuseField) -> u8 {
-        let (byte, bit, bits) = fuse;
+        let FuseField { byte, bit, bits } = fuse;
         bytes[byte as usize % 3] >> bit & ((1 << bits) - 1)
     }
 

@@ -1,5 +1,6 @@
 //! ATmega64 and ATmega128 (Atmel 2490 and 2467), without the compatibility mode of the fuse M103C.
 
+use crate::chips::{AdcTrigger, FuseField, SplitBit};
 use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
@@ -79,7 +80,7 @@ pub(super) const PART_128: AvrPart = AvrPart {
     watchdog_kind: watchdog::WatchdogKind::MEGA8,
     power_reduction_bits: &[],
     signature: [0x1E, 0x97, 0x02],
-    fuses: FuseLayout { wdton: Some((2, 0, 1)), ..classic::FUSES },
+    fuses: FuseLayout { wdton: Some(FuseField { byte: 2, bit: 0, bits: 1 }), ..classic::FUSES },
     reset_pin: 53,
     jtag_pins: &[44, 45, 46, 47],
     names: HeaderNames {
@@ -95,7 +96,14 @@ pub(super) const PART_128: AvrPart = AvrPart {
 /// Row of the ATmega64.
 pub(super) const PART_64: AvrPart = AvrPart {
     chip: &ATMEGA64,
-    register_slots: &sites_and(ADCSRB_AT, Split(&[(2, Adc(ADCSRB), 2), (1, Adc(ADCSRB), 1), (0, Adc(ADCSRB), 0)])),
+    register_slots: &sites_and(
+        ADCSRB_AT,
+        Split(&[
+            SplitBit { bit: 2, slot: Adc(ADCSRB), its_bit: 2 },
+            SplitBit { bit: 1, slot: Adc(ADCSRB), its_bit: 1 },
+            SplitBit { bit: 0, slot: Adc(ADCSRB), its_bit: 0 },
+        ]),
+    ),
     adc_kind: adc::AvrAdcKind::MEGA16,
     adc_triggers: TRIGGERS,
     spm_kind: spm::SpmKind::MEGA64,
@@ -136,13 +144,13 @@ const REGS_128: &[NamedAddress] = &regs_and("RAMPZ", RAMPZ_AT);
 macro_rules! ucsrc {
     ($n:literal) => {
         Split(&[
-            (6, Usart($n, UCSRC), 6),
-            (5, Usart($n, UCSRC), 5),
-            (4, Usart($n, UCSRC), 4),
-            (3, Usart($n, UCSRC), 3),
-            (2, Usart($n, UCSRC), 2),
-            (1, Usart($n, UCSRC), 1),
-            (0, Usart($n, UCSRC), 0),
+            SplitBit { bit: 6, slot: Usart($n, UCSRC), its_bit: 6 },
+            SplitBit { bit: 5, slot: Usart($n, UCSRC), its_bit: 5 },
+            SplitBit { bit: 4, slot: Usart($n, UCSRC), its_bit: 4 },
+            SplitBit { bit: 3, slot: Usart($n, UCSRC), its_bit: 3 },
+            SplitBit { bit: 2, slot: Usart($n, UCSRC), its_bit: 2 },
+            SplitBit { bit: 1, slot: Usart($n, UCSRC), its_bit: 1 },
+            SplitBit { bit: 0, slot: Usart($n, UCSRC), its_bit: 0 },
         ])
     };
 }
@@ -151,30 +159,35 @@ macro_rules! ucsrc {
 macro_rules! more_timers {
     ($reg:ident) => {
         Split(&[
-            (5, Timer(3, $reg), 5),
-            (4, Timer(3, $reg), 1),
-            (3, Timer(3, $reg), 2),
-            (2, Timer(3, $reg), 0),
-            (1, Timer(3, $reg), 3),
-            (0, Timer(1, $reg), 3),
+            SplitBit { bit: 5, slot: Timer(3, $reg), its_bit: 5 },
+            SplitBit { bit: 4, slot: Timer(3, $reg), its_bit: 1 },
+            SplitBit { bit: 3, slot: Timer(3, $reg), its_bit: 2 },
+            SplitBit { bit: 2, slot: Timer(3, $reg), its_bit: 0 },
+            SplitBit { bit: 1, slot: Timer(3, $reg), its_bit: 3 },
+            SplitBit { bit: 0, slot: Timer(1, $reg), its_bit: 3 },
         ])
     };
 }
 
 /// MCUCR. The chip only stores SRE and SRW10.
 const MCUCR_BITS: RegisterSlot = Split(&[
-    (7, Kept(0), 7),
-    (6, Kept(0), 6),
-    (5, Own(SMCR), 0),
-    (4, Own(SMCR), 2),
-    (3, Own(SMCR), 1),
-    (2, Own(SMCR), 3),
-    (1, Own(MCUCR), 1),
-    (0, Own(MCUCR), 0),
+    SplitBit { bit: 7, slot: Kept(0), its_bit: 7 },
+    SplitBit { bit: 6, slot: Kept(0), its_bit: 6 },
+    SplitBit { bit: 5, slot: Own(SMCR), its_bit: 0 },
+    SplitBit { bit: 4, slot: Own(SMCR), its_bit: 2 },
+    SplitBit { bit: 3, slot: Own(SMCR), its_bit: 1 },
+    SplitBit { bit: 2, slot: Own(SMCR), its_bit: 3 },
+    SplitBit { bit: 1, slot: Own(MCUCR), its_bit: 1 },
+    SplitBit { bit: 0, slot: Own(MCUCR), its_bit: 0 },
 ]);
 
-const SFIOR: RegisterSlot =
-    Split(&[(7, Own(GTCCR), 7), (3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTCCR), 1), (0, Own(GTCCR), 0)]);
+const SFIOR: RegisterSlot = Split(&[
+    SplitBit { bit: 7, slot: Own(GTCCR), its_bit: 7 },
+    SplitBit { bit: 3, slot: Adc(ADCSRB), its_bit: 6 },
+    SplitBit { bit: 2, slot: Own(MCUCR), its_bit: 4 },
+    SplitBit { bit: 1, slot: Own(GTCCR), its_bit: 1 },
+    SplitBit { bit: 0, slot: Own(GTCCR), its_bit: 0 },
+]);
 
 #[rustfmt::skip]
 registers! {
@@ -195,7 +208,7 @@ registers! {
     0x4A "OCR1AL" Timer(1, OCRAL);   0x4B "OCR1AH" Timer(1, OCRAH);   0x4C "TCNT1L" Timer(1, TCNTL);
     0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);   0x4F "TCCR1A" Timer(1, TCCRA);
     0x50 "ASSR" assr!(0);            0x51 "OCR0" Timer(0, OCRAL);     0x52 "TCNT0" Timer(0, TCNTL);
-    0x53 "TCCR0" tccr!(0);           0x54 "MCUCSR" / "MCUSR" mcucsr!((7, Kept(0), 0));
+    0x53 "TCCR0" tccr!(0);           0x54 "MCUCSR" / "MCUSR" mcucsr!(SplitBit { bit: 7, slot: Kept(0), its_bit: 0 });
     0x55 "MCUCR" MCUCR_BITS;         0x56 "TIFR" timers!(TIFR);       0x57 "TIMSK" timers!(TIMSK);
     0x58 "EIFR" External(EIFR);      0x59 "EIMSK" External(EIMSK);    0x5A "EICRB" External(EICRB);
     0x5C "XDIV" Kept(1);             0x5D "SPL" Core;                 0x5E "SPH" Core;
@@ -270,7 +283,7 @@ const SOURCES: &[(usize, u8)] = &[
 
 /// Trigger sources of the converter of the ATmega64, from ADTS 1 on: unit and interrupt number in it.
 #[rustfmt::skip]
-const TRIGGERS: &[(usize, u8)] = &[
-    (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 4),
-    (unit_index::TIMER + 1, 0),
+const TRIGGERS: &[AdcTrigger] = &[
+    AdcTrigger { unit: unit_index::COMPARATOR, interrupt: 0 }, AdcTrigger { unit: unit_index::EXTERNAL, interrupt: 0 }, AdcTrigger { unit: unit_index::TIMER, interrupt: 0 }, AdcTrigger { unit: unit_index::TIMER, interrupt: 2 }, AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 2 }, AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 4 },
+    AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 0 },
 ];

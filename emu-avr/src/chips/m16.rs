@@ -1,5 +1,6 @@
 //! ATmega16 and ATmega32 (Atmel 2466 and 2503).
 
+use crate::chips::{AdcTrigger, SplitBit};
 use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
@@ -105,14 +106,14 @@ pub(super) const PART_32: AvrPart = AvrPart {
 macro_rules! mcucr {
     ($se:literal $sm2:literal) => {
         Split(&[
-            ($sm2, Own(SMCR), 3),
-            ($se, Own(SMCR), 0),
-            (5, Own(SMCR), 2),
-            (4, Own(SMCR), 1),
-            (3, External(EICRA), 3),
-            (2, External(EICRA), 2),
-            (1, External(EICRA), 1),
-            (0, External(EICRA), 0),
+            SplitBit { bit: $sm2, slot: Own(SMCR), its_bit: 3 },
+            SplitBit { bit: $se, slot: Own(SMCR), its_bit: 0 },
+            SplitBit { bit: 5, slot: Own(SMCR), its_bit: 2 },
+            SplitBit { bit: 4, slot: Own(SMCR), its_bit: 1 },
+            SplitBit { bit: 3, slot: External(EICRA), its_bit: 3 },
+            SplitBit { bit: 2, slot: External(EICRA), its_bit: 2 },
+            SplitBit { bit: 1, slot: External(EICRA), its_bit: 1 },
+            SplitBit { bit: 0, slot: External(EICRA), its_bit: 0 },
         ])
     };
 }
@@ -127,13 +128,13 @@ const fn sites_with(mcucr: RegisterSlot) -> [RegisterSlot; 0x100] {
 }
 
 const SFIOR: RegisterSlot = Split(&[
-    (7, Adc(ADCSRB), 2),
-    (6, Adc(ADCSRB), 1),
-    (5, Adc(ADCSRB), 0),
-    (3, Adc(ADCSRB), 6),
-    (2, Own(MCUCR), 4),
-    (1, Own(GTCCR), 1),
-    (0, Own(GTCCR), 0),
+    SplitBit { bit: 7, slot: Adc(ADCSRB), its_bit: 2 },
+    SplitBit { bit: 6, slot: Adc(ADCSRB), its_bit: 1 },
+    SplitBit { bit: 5, slot: Adc(ADCSRB), its_bit: 0 },
+    SplitBit { bit: 3, slot: Adc(ADCSRB), its_bit: 6 },
+    SplitBit { bit: 2, slot: Own(MCUCR), its_bit: 4 },
+    SplitBit { bit: 1, slot: Own(GTCCR), its_bit: 1 },
+    SplitBit { bit: 0, slot: Own(GTCCR), its_bit: 0 },
 ]);
 
 #[rustfmt::skip]
@@ -156,11 +157,11 @@ registers! {
     0x4C "TCNT1L" Timer(1, TCNTL);   0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);
     0x4F "TCCR1A" tccra!(1);         0x50 "SFIOR" SFIOR;              0x51 "OSCCAL" Own(OSCCAL);
     0x51 "OCDR" Own(OSCCAL);         0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" tccr!(0);
-    0x54 "MCUCSR" / "MCUSR" mcucsr!((7, Kept(0), 7), (6, External(EICRA), 4));
+    0x54 "MCUCSR" / "MCUSR" mcucsr!(SplitBit { bit: 7, slot: Kept(0), its_bit: 7 }, SplitBit { bit: 6, slot: External(EICRA), its_bit: 4 });
     0x55 "MCUCR" SE_16;
     0x56 "TWCR" Twi(TWCR);           0x57 "SPMCR" Spm(SPMCSR);        0x58 "TIFR" timers!(TIFR);
-    0x59 "TIMSK" timers!(TIMSK);     0x5A "GIFR" general!(EIFR, (5, External(EIFR), 2));
-    0x5B "GICR" / "GIMSK" general!(EIMSK, (5, External(EIMSK), 2), (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
+    0x59 "TIMSK" timers!(TIMSK);     0x5A "GIFR" general!(EIFR, SplitBit { bit: 5, slot: External(EIFR), its_bit: 2 });
+    0x5B "GICR" / "GIMSK" general!(EIMSK, SplitBit { bit: 5, slot: External(EIMSK), its_bit: 2 }, SplitBit { bit: 1, slot: Own(MCUCR), its_bit: 1 }, SplitBit { bit: 0, slot: Own(MCUCR), its_bit: 0 });
     0x5C "OCR0" Timer(0, OCRAL);     0x5D "SPL" Core;                 0x5E "SPH" Core;
     0x5F "SREG" Core;
 }
@@ -225,7 +226,7 @@ const SOURCES_32: &[(usize, u8)] = &[
 
 /// Trigger sources of the converter, from ADTS 1 on: unit and interrupt number in it.
 #[rustfmt::skip]
-const TRIGGERS: &[(usize, u8)] = &[
-    (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3),
-    (unit_index::TIMER + 1, 0),
+const TRIGGERS: &[AdcTrigger] = &[
+    AdcTrigger { unit: unit_index::COMPARATOR, interrupt: 0 }, AdcTrigger { unit: unit_index::EXTERNAL, interrupt: 0 }, AdcTrigger { unit: unit_index::TIMER, interrupt: 0 }, AdcTrigger { unit: unit_index::TIMER, interrupt: 2 }, AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 2 }, AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 3 },
+    AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 0 },
 ];

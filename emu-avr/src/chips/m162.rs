@@ -1,5 +1,6 @@
 //! ATmega162 (Atmel 2513), without the compatibility mode of the fuse M161C.
 
+use crate::chips::{FuseField, SplitBit};
 use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
@@ -77,10 +78,10 @@ pub(super) const PART_162: AvrPart = AvrPart {
     signature: [0x1E, 0x94, 0x04],
     fuses: FuseLayout {
         default_bytes: [0xFF, 0xD9, 0xFF],
-        ckdiv8: Some((0, 7, 1)),
+        ckdiv8: Some(FuseField { byte: 0, bit: 7, bits: 1 }),
         start_up: start_up_162,
-        wdton: Some((1, 4, 1)),
-        bodlevel: (2, 1, 3),
+        wdton: Some(FuseField { byte: 1, bit: 4, bits: 1 }),
+        bodlevel: FuseField { byte: 2, bit: 1, bits: 3 },
         bod_mv: &[0, 0, 0, 2_300, 4_300, 2_700, 1_800, 0],
         ..classic::FUSES
     },
@@ -109,14 +110,14 @@ pub(super) const LOW_FUSES: &str =
 macro_rules! timers {
     ($reg:ident) => {
         Split(&[
-            (7, Timer(1, $reg), 0),
-            (6, Timer(1, $reg), 1),
-            (5, Timer(1, $reg), 2),
-            (4, Timer(2, $reg), 1),
-            (3, Timer(1, $reg), 5),
-            (2, Timer(2, $reg), 0),
-            (1, Timer(0, $reg), 0),
-            (0, Timer(0, $reg), 1),
+            SplitBit { bit: 7, slot: Timer(1, $reg), its_bit: 0 },
+            SplitBit { bit: 6, slot: Timer(1, $reg), its_bit: 1 },
+            SplitBit { bit: 5, slot: Timer(1, $reg), its_bit: 2 },
+            SplitBit { bit: 4, slot: Timer(2, $reg), its_bit: 1 },
+            SplitBit { bit: 3, slot: Timer(1, $reg), its_bit: 5 },
+            SplitBit { bit: 2, slot: Timer(2, $reg), its_bit: 0 },
+            SplitBit { bit: 1, slot: Timer(0, $reg), its_bit: 0 },
+            SplitBit { bit: 0, slot: Timer(0, $reg), its_bit: 1 },
         ])
     };
 }
@@ -124,42 +125,47 @@ macro_rules! timers {
 /// ETIMSK or ETIFR.
 macro_rules! more_timers {
     ($reg:ident) => {
-        Split(&[(5, Timer(3, $reg), 5), (4, Timer(3, $reg), 1), (3, Timer(3, $reg), 2), (2, Timer(3, $reg), 0)])
+        Split(&[
+            SplitBit { bit: 5, slot: Timer(3, $reg), its_bit: 5 },
+            SplitBit { bit: 4, slot: Timer(3, $reg), its_bit: 1 },
+            SplitBit { bit: 3, slot: Timer(3, $reg), its_bit: 2 },
+            SplitBit { bit: 2, slot: Timer(3, $reg), its_bit: 0 },
+        ])
     };
 }
 
 /// MCUCR. The chip only stores SRE and SRW10, like all bits of the external memory.
 const MCUCR_BITS: RegisterSlot = Split(&[
-    (7, Kept(0), 7),
-    (6, Kept(0), 6),
-    (5, Own(SMCR), 0),
-    (4, Own(SMCR), 2),
-    (3, External(EICRA), 3),
-    (2, External(EICRA), 2),
-    (1, External(EICRA), 1),
-    (0, External(EICRA), 0),
+    SplitBit { bit: 7, slot: Kept(0), its_bit: 7 },
+    SplitBit { bit: 6, slot: Kept(0), its_bit: 6 },
+    SplitBit { bit: 5, slot: Own(SMCR), its_bit: 0 },
+    SplitBit { bit: 4, slot: Own(SMCR), its_bit: 2 },
+    SplitBit { bit: 3, slot: External(EICRA), its_bit: 3 },
+    SplitBit { bit: 2, slot: External(EICRA), its_bit: 2 },
+    SplitBit { bit: 1, slot: External(EICRA), its_bit: 1 },
+    SplitBit { bit: 0, slot: External(EICRA), its_bit: 0 },
 ]);
 
 const EMCUCR: RegisterSlot = Split(&[
-    (7, Own(SMCR), 1),
-    (6, Kept(1), 6),
-    (5, Kept(1), 5),
-    (4, Kept(1), 4),
-    (3, Kept(1), 3),
-    (2, Kept(1), 2),
-    (1, Kept(1), 1),
-    (0, External(EICRA), 4),
+    SplitBit { bit: 7, slot: Own(SMCR), its_bit: 1 },
+    SplitBit { bit: 6, slot: Kept(1), its_bit: 6 },
+    SplitBit { bit: 5, slot: Kept(1), its_bit: 5 },
+    SplitBit { bit: 4, slot: Kept(1), its_bit: 4 },
+    SplitBit { bit: 3, slot: Kept(1), its_bit: 3 },
+    SplitBit { bit: 2, slot: Kept(1), its_bit: 2 },
+    SplitBit { bit: 1, slot: Kept(1), its_bit: 1 },
+    SplitBit { bit: 0, slot: External(EICRA), its_bit: 4 },
 ]);
 
 const SFIOR: RegisterSlot = Split(&[
-    (7, Own(GTCCR), 7),
-    (6, Kept(2), 6),
-    (5, Kept(2), 5),
-    (4, Kept(2), 4),
-    (3, Kept(2), 3),
-    (2, Own(MCUCR), 4),
-    (1, Own(GTCCR), 1),
-    (0, Own(GTCCR), 0),
+    SplitBit { bit: 7, slot: Own(GTCCR), its_bit: 7 },
+    SplitBit { bit: 6, slot: Kept(2), its_bit: 6 },
+    SplitBit { bit: 5, slot: Kept(2), its_bit: 5 },
+    SplitBit { bit: 4, slot: Kept(2), its_bit: 4 },
+    SplitBit { bit: 3, slot: Kept(2), its_bit: 3 },
+    SplitBit { bit: 2, slot: Own(MCUCR), its_bit: 4 },
+    SplitBit { bit: 1, slot: Own(GTCCR), its_bit: 1 },
+    SplitBit { bit: 0, slot: Own(GTCCR), its_bit: 0 },
 ]);
 
 #[rustfmt::skip]
@@ -182,12 +188,12 @@ registers! {
     0x4B "OCR1AH" Timer(1, OCRAH);   0x4C "TCNT1L" Timer(1, TCNTL);   0x4D "TCNT1H" Timer(1, TCNTH);
     0x4E "TCCR1B" Timer(1, TCCRB);   0x4F "TCCR1A" tccra!(1);         0x50 "SFIOR" SFIOR;
     0x51 "OCR0" Timer(0, OCRAL);     0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" tccr!(0);
-    0x54 "MCUCSR" mcucsr!((7, Kept(0), 0), (5, Own(SMCR), 3));        0x55 "MCUCR" MCUCR_BITS;
+    0x54 "MCUCSR" mcucsr!(SplitBit { bit: 7, slot: Kept(0), its_bit: 0 }, SplitBit { bit: 5, slot: Own(SMCR), its_bit: 3 });        0x55 "MCUCR" MCUCR_BITS;
     0x56 "EMCUCR" EMCUCR;            0x57 "SPMCR" Spm(SPMCSR);        0x58 "TIFR" timers!(TIFR);
     0x59 "TIMSK" timers!(TIMSK);
-    0x5A "GIFR" general!(EIFR, (5, External(EIFR), 2), (4, External(PCIFR), 1), (3, External(PCIFR), 0));
-    0x5B "GICR" general!(EIMSK, (5, External(EIMSK), 2), (4, External(PCICR), 1), (3, External(PCICR), 0),
-                         (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
+    0x5A "GIFR" general!(EIFR, SplitBit { bit: 5, slot: External(EIFR), its_bit: 2 }, SplitBit { bit: 4, slot: External(PCIFR), its_bit: 1 }, SplitBit { bit: 3, slot: External(PCIFR), its_bit: 0 });
+    0x5B "GICR" general!(EIMSK, SplitBit { bit: 5, slot: External(EIMSK), its_bit: 2 }, SplitBit { bit: 4, slot: External(PCICR), its_bit: 1 }, SplitBit { bit: 3, slot: External(PCICR), its_bit: 0 },
+                         SplitBit { bit: 1, slot: Own(MCUCR), its_bit: 1 }, SplitBit { bit: 0, slot: Own(MCUCR), its_bit: 0 });
     0x5C "UBRR1H" Ursel(1);          0x5C "UCSR1C" Ursel(1);          0x5D "SPL" Core;
     0x5E "SPH" Core;                 0x5F "SREG" Core;                0x61 "CLKPR" Own(CLKPR);
     0x6B "PCMSK0" External(PCMSK0);  0x6C "PCMSK1" External(PCMSK1);  0x7C "ETIFR" more_timers!(TIFR);

@@ -4,7 +4,7 @@
 use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
-use super::RegisterSlot::{self, *};
+use super::RegisterSlot::*;
 use super::SocRegister::*;
 use super::bits as b;
 use super::x8::{LOW_FUSES, PART_328P};

@@ -1,5 +1,6 @@
 //! ATmega8 (Atmel 2486).
 
+use crate::chips::{FuseField, SplitBit};
 use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
@@ -61,7 +62,11 @@ pub(super) const PART_8: AvrPart = AvrPart {
     watchdog_kind: watchdog::WatchdogKind::MEGA8,
     power_reduction_bits: &[],
     signature: [0x1E, 0x93, 0x07],
-    fuses: FuseLayout { wdton: Some((1, 6, 1)), rstdisbl: Some((1, 7, 1)), ..classic::FUSES },
+    fuses: FuseLayout {
+        wdton: Some(FuseField { byte: 1, bit: 6, bits: 1 }),
+        rstdisbl: Some(FuseField { byte: 1, bit: 7, bits: 1 }),
+        ..classic::FUSES
+    },
     reset_pin: 14,
     jtag_pins: &[],
     names: HeaderNames {
@@ -82,29 +87,34 @@ pub(super) const PART_8: AvrPart = AvrPart {
 macro_rules! timers {
     ($reg:ident) => {
         Split(&[
-            (7, Timer(2, $reg), 1),
-            (6, Timer(2, $reg), 0),
-            (5, Timer(1, $reg), 5),
-            (4, Timer(1, $reg), 1),
-            (3, Timer(1, $reg), 2),
-            (2, Timer(1, $reg), 0),
-            (0, Timer(0, $reg), 0),
+            SplitBit { bit: 7, slot: Timer(2, $reg), its_bit: 1 },
+            SplitBit { bit: 6, slot: Timer(2, $reg), its_bit: 0 },
+            SplitBit { bit: 5, slot: Timer(1, $reg), its_bit: 5 },
+            SplitBit { bit: 4, slot: Timer(1, $reg), its_bit: 1 },
+            SplitBit { bit: 3, slot: Timer(1, $reg), its_bit: 2 },
+            SplitBit { bit: 2, slot: Timer(1, $reg), its_bit: 0 },
+            SplitBit { bit: 0, slot: Timer(0, $reg), its_bit: 0 },
         ])
     };
 }
 
 const MCUCR_BITS: RegisterSlot = Split(&[
-    (7, Own(SMCR), 0),
-    (6, Own(SMCR), 3),
-    (5, Own(SMCR), 2),
-    (4, Own(SMCR), 1),
-    (3, External(EICRA), 3),
-    (2, External(EICRA), 2),
-    (1, External(EICRA), 1),
-    (0, External(EICRA), 0),
+    SplitBit { bit: 7, slot: Own(SMCR), its_bit: 0 },
+    SplitBit { bit: 6, slot: Own(SMCR), its_bit: 3 },
+    SplitBit { bit: 5, slot: Own(SMCR), its_bit: 2 },
+    SplitBit { bit: 4, slot: Own(SMCR), its_bit: 1 },
+    SplitBit { bit: 3, slot: External(EICRA), its_bit: 3 },
+    SplitBit { bit: 2, slot: External(EICRA), its_bit: 2 },
+    SplitBit { bit: 1, slot: External(EICRA), its_bit: 1 },
+    SplitBit { bit: 0, slot: External(EICRA), its_bit: 0 },
 ]);
 
-const SFIOR: RegisterSlot = Split(&[(3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTCCR), 1), (0, Own(GTCCR), 0)]);
+const SFIOR: RegisterSlot = Split(&[
+    SplitBit { bit: 3, slot: Adc(ADCSRB), its_bit: 6 },
+    SplitBit { bit: 2, slot: Own(MCUCR), its_bit: 4 },
+    SplitBit { bit: 1, slot: Own(GTCCR), its_bit: 1 },
+    SplitBit { bit: 0, slot: Own(GTCCR), its_bit: 0 },
+]);
 
 #[rustfmt::skip]
 registers! {
@@ -127,7 +137,7 @@ registers! {
     0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" Timer(0, TCCRB);    0x54 "MCUCSR" / "MCUSR" mcucsr!();
     0x55 "MCUCR" MCUCR_BITS;         0x56 "TWCR" Twi(TWCR);           0x57 "SPMCR" Spm(SPMCSR);
     0x58 "TIFR" timers!(TIFR);       0x59 "TIMSK" timers!(TIMSK);     0x5A "GIFR" general!(EIFR);
-    0x5B "GICR" / "GIMSK" general!(EIMSK, (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
+    0x5B "GICR" / "GIMSK" general!(EIMSK, SplitBit { bit: 1, slot: Own(MCUCR), its_bit: 1 }, SplitBit { bit: 0, slot: Own(MCUCR), its_bit: 0 });
     0x5D "SPL" Core;                 0x5E "SPH" Core;                 0x5F "SREG" Core;
 }
 

@@ -15,7 +15,7 @@ mod names;
 mod register_presence;
 mod x8;
 
-use emu_core::chip::{Chip, ChipFamily, PinDef};
+use emu_core::chip::{Chip, ChipFamily, ChipSpace, PinDef};
 use emu_core::image::{ImageSpace, WordBits};
 use emu_core::pins::PinId;
 
@@ -119,7 +119,7 @@ pub struct AvrPart {
     /// Pins of AIN0 and AIN1.
     pub comparator_pins: [PinId; 2],
     /// Trigger sources of the converter for ADTS 1 to 7: unit, and interrupt number in it.
-    pub adc_triggers: &'static [(usize, u8)],
+    pub adc_triggers: &'static [AdcTrigger],
     /// Variant of the EEPROM.
     pub eeprom_kind: eeprom::AvrEepromKind,
     /// Variant of self-programming.
@@ -159,10 +159,19 @@ pub mod unit_index {
     pub const COUNT:      usize = 14;
 }
 
+/// An event that starts a conversion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AdcTrigger {
+    /// The position of the unit in the chip.
+    pub unit: usize,
+    /// The number of the interrupt in the unit.
+    pub interrupt: u8,
+}
+
 impl AvrPart {
     /// Returns the trigger source `source` (1 to 7) of the converter: unit, and interrupt number in it.
     #[must_use]
-    pub fn adc_trigger(&self, source: u8) -> Option<(usize, u8)> {
+    pub fn adc_trigger(&self, source: u8) -> Option<AdcTrigger> {
         self.adc_triggers.get(usize::from(source).checked_sub(1)?).copied()
     }
 
@@ -180,7 +189,8 @@ impl AvrPart {
     /// where no boot section begins there.
     #[must_use]
     pub fn boot_fuse(&self, fuses: [u8; 3], at: u32) -> Option<FuseByte> {
-        let ((byte, low, bits), (_, reset, _)) = (self.fuses.bootsz?, self.fuses.bootrst?);
+        let (FuseField { byte, bit: low, bits }, FuseField { bit: reset, .. }) =
+            (self.fuses.bootsz?, self.fuses.bootrst?);
         (0..1 << bits).find_map(|size: u8| {
             let mut with = fuses;
             let place = with.get_mut(usize::from(byte))?;
@@ -258,8 +268,8 @@ pub enum RegisterSlot {
     Own(SocRegister),
     /// A byte without function, which only stores what is written, by its number.
     Kept(u8),
-    /// Bits of several registers: the bit in this register, the other register, and the bit there.
-    Split(&'static [(u8, RegisterSlot, u8)]),
+    /// Bits of several registers.
+    Split(&'static [SplitBit]),
 }
 
 /// Registers of the chip that belong to no unit.
@@ -330,11 +340,11 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
         packages: &[],
         later_vectors_back_words: 0,
         spaces: &[
-            ("data", END as u32, 1),
-            ("flash", FLASH, 1),
-            ("eeprom", EEPROM as u32, 1),
-            ("fuse", FUSES, 1),
-            ("lock", 1, 1),
+            ChipSpace::new("data", END as u32, 1),
+            ChipSpace::new("flash", FLASH, 1),
+            ChipSpace::new("eeprom", EEPROM as u32, 1),
+            ChipSpace::new("fuse", FUSES, 1),
+            ChipSpace::new("lock", 1, 1),
         ],
         observable_spaces: &[("data", 0x20)],
         // SPL, SPH, SREG.
@@ -361,7 +371,7 @@ macro_rules! registers {
         /// Register summary, data addresses.
         const REGS: &[NamedAddress] = &[ $( NamedAddress { name: $name, addr: $addr }, $( NamedAddress { name: $old, addr: $addr }, )* )* ];
         /// Register slot of each register.
-        const SITES: &[(u16, RegisterSlot)] = &[ $( ($addr, $site) ),* ];
+        const SITES: &[$crate::chips::RegisterRow] = &[ $( $crate::chips::RegisterRow { addr: $addr, slot: $site } ),* ];
     };
 }
 use registers;
@@ -395,8 +405,17 @@ const fn dip<const N: usize>(pins: &[PinDef]) -> [u8; N] {
     numbers
 }
 
+/// A row of a register table.
+#[derive(Debug, Clone, Copy)]
+struct RegisterRow {
+    /// The data address.
+    addr: u16,
+    /// The register at this address.
+    slot: RegisterSlot,
+}
+
 /// Returns the table of register slots from `rows`. Addresses from `ram` to FFh are RAM.
-const fn sites(rows: &[(u16, RegisterSlot)], ram: u16) -> [RegisterSlot; 0x100] {
+const fn sites(rows: &[RegisterRow], ram: u16) -> [RegisterSlot; 0x100] {
     let mut all = [RegisterSlot::Reserved; 0x100];
     let mut i = ram as usize;
     while i < all.len() {
@@ -405,8 +424,19 @@ const fn sites(rows: &[(u16, RegisterSlot)], ram: u16) -> [RegisterSlot; 0x100] 
     }
     i = 0;
     while i < rows.len() {
-        all[rows[i].0 as usize] = rows[i].1;
+        all[rows[i].addr as usize] = rows[i].slot;
         i += 1;
     }
     all
+}
+
+/// A bit of a register that belongs to another register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SplitBit {
+    /// The bit in this register.
+    pub bit: u8,
+    /// The other register.
+    pub slot: RegisterSlot,
+    /// The bit there.
+    pub its_bit: u8,
 }

@@ -1,9 +1,10 @@
 //! ATmega48, 88, 168 and 328 with their variants (DS40002061).
 
+use crate::chips::{AdcTrigger, FuseField};
 use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
-use super::RegisterSlot::{self, *};
+use super::RegisterSlot::*;
 use super::SocRegister::*;
 use super::bits as b;
 use super::fuses::{FuseLayout, start_up};
@@ -87,17 +88,17 @@ pub const PART_328P: AvrPart = AvrPart {
     signature: [0x1E, 0x95, 0x0F],
     fuses: FuseLayout {
         default_bytes: [0xFF, 0xD9, 0xFF],
-        ckdiv8: Some((0, 7, 1)),
-        cksel: (0, 0, 4),
-        sut: (0, 4, 2),
+        ckdiv8: Some(FuseField { byte: 0, bit: 7, bits: 1 }),
+        cksel: FuseField { byte: 0, bit: 0, bits: 4 },
+        sut: FuseField { byte: 0, bit: 4, bits: 2 },
         start_up,
         reset_clocks: 14,
-        wdton: Some((1, 4, 1)),
-        eesave: (1, 3, 1),
-        bootsz: Some((1, 1, 2)),
-        bootrst: Some((1, 0, 1)),
-        rstdisbl: Some((1, 7, 1)),
-        bodlevel: (2, 0, 3),
+        wdton: Some(FuseField { byte: 1, bit: 4, bits: 1 }),
+        eesave: FuseField { byte: 1, bit: 3, bits: 1 },
+        bootsz: Some(FuseField { byte: 1, bit: 1, bits: 2 }),
+        bootrst: Some(FuseField { byte: 1, bit: 0, bits: 1 }),
+        rstdisbl: Some(FuseField { byte: 1, bit: 7, bits: 1 }),
+        bodlevel: FuseField { byte: 2, bit: 0, bits: 3 },
         bod_mv: &[0, 0, 0, 0, 4_300, 2_700, 1_800, 0],
     },
     reset_pin: 14,
@@ -142,9 +143,9 @@ pub(super) const PART_168PA: AvrPart = AvrPart {
     signature: [0x1E, 0x94, 0x0B],
     fuses: FuseLayout {
         default_bytes: [0xFF, 0xDF, 0xF9],
-        bootsz: Some((2, 1, 2)),
-        bootrst: Some((2, 0, 1)),
-        bodlevel: (1, 0, 3),
+        bootsz: Some(FuseField { byte: 2, bit: 1, bits: 2 }),
+        bootrst: Some(FuseField { byte: 2, bit: 0, bits: 1 }),
+        bodlevel: FuseField { byte: 1, bit: 0, bits: 3 },
         ..PART_328P.fuses
     },
     names: HeaderNames {
@@ -327,7 +328,7 @@ const SOURCES: &[(usize, u8)] = &[
 
 /// Trigger sources of the converter (table 24-6), from ADTS 1 on: unit and interrupt number in it.
 #[rustfmt::skip]
-const TRIGGERS: &[(usize, u8)] = &[
-    (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3),
-    (unit_index::TIMER + 1, 0),
+const TRIGGERS: &[AdcTrigger] = &[
+    AdcTrigger { unit: unit_index::COMPARATOR, interrupt: 0 }, AdcTrigger { unit: unit_index::EXTERNAL, interrupt: 0 }, AdcTrigger { unit: unit_index::TIMER, interrupt: 0 }, AdcTrigger { unit: unit_index::TIMER, interrupt: 2 }, AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 2 }, AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 3 },
+    AdcTrigger { unit: unit_index::TIMER + 1, interrupt: 0 },
 ];

@@ -6,7 +6,7 @@ use emu_core::machine::BodyMachine;
 
 use super::value::{TrackedBit, TrackedByte, TrackedPair, UnknownBits};
 use super::{LintTracker, PORT_COUNT, SETTLE_CYCLES};
-use crate::chips::{RegisterSlot, SocRegister};
+use crate::chips::{RegisterSlot, SocRegister, SplitBit};
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::executor::{CoreRegisters, DataMemory, RAM_START, SPH, SPL, SREG, ram};
@@ -172,7 +172,7 @@ impl<'a> ShadowMachine<'a> {
                 self.live.pending_bauds[usize::from(n) % 2] = (now + SETTLE_CYCLES, pc)
             }
             RegisterSlot::Split(bits) => {
-                for &(_, site, _) in bits {
+                for &SplitBit { slot: site, .. } in bits {
                     if let RegisterSlot::Usart(n, _) = site {
                         self.live.pending_bauds[usize::from(n) % 2] = (now + SETTLE_CYCLES, pc);
                     }

@@ -76,6 +76,15 @@ pub(super) struct TrackedPair {
     pub lo: TrackedByte,
 }
 
+/// The range of possible values of a number, both ends included.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ValueBounds<T> {
+    /// The lowest possible value.
+    pub(super) lowest: T,
+    /// The highest possible value.
+    pub(super) highest: T,
+}
+
 impl TrackedByte {
     /// Returns a byte without unknown bits.
     pub(super) const fn known(byte: u8) -> TrackedByte {
@@ -83,8 +92,8 @@ impl TrackedByte {
     }
 
     /// Returns the lowest and the highest possible value.
-    const fn bounds(self) -> (u8, u8) {
-        (self.byte & !self.doubt.bits, self.byte | self.doubt.bits)
+    const fn bounds(self) -> ValueBounds<u8> {
+        ValueBounds { lowest: self.byte & !self.doubt.bits, highest: self.byte | self.doubt.bits }
     }
 
     /// Returns the result `byte` of a bitwise operation with `other`; `bits` are unknown.
@@ -124,8 +133,8 @@ impl TrackedPair {
         self.lo.doubt.or_else(self.hi.doubt)
     }
 
-    const fn bounds(self) -> (u16, u16) {
-        (self.number() & !self.doubts(), self.number() | self.doubts())
+    const fn bounds(self) -> ValueBounds<u16> {
+        ValueBounds { lowest: self.number() & !self.doubts(), highest: self.number() | self.doubts() }
     }
 
     /// Returns the result `number` of an operation with `other`; `bits` are unknown.
@@ -158,7 +167,8 @@ impl From<u16> for TrackedPair {
 impl Add for TrackedByte {
     type Output = TrackedByte;
     fn add(self, other: TrackedByte) -> TrackedByte {
-        let ((a, b), (c, d)) = (self.bounds(), other.bounds());
+        let (ValueBounds { lowest: a, highest: b }, ValueBounds { lowest: c, highest: d }) =
+            (self.bounds(), other.bounds());
         let bits = self.doubt.bits | other.doubt.bits | a.wrapping_add(c) ^ b.wrapping_add(d);
         self.summed(other, self.byte.wrapping_add(other.byte), bits)
     }
@@ -167,7 +177,8 @@ impl Add for TrackedByte {
 impl Sub for TrackedByte {
     type Output = TrackedByte;
     fn sub(self, other: TrackedByte) -> TrackedByte {
-        let ((a, b), (c, d)) = (self.bounds(), other.bounds());
+        let (ValueBounds { lowest: a, highest: b }, ValueBounds { lowest: c, highest: d }) =
+            (self.bounds(), other.bounds());
         let bits = self.doubt.bits | other.doubt.bits | a.wrapping_sub(d) ^ b.wrapping_sub(c);
         self.summed(other, self.byte.wrapping_sub(other.byte), bits)
     }
@@ -176,7 +187,7 @@ impl Sub for TrackedByte {
 impl BitAnd for TrackedByte {
     type Output = TrackedByte;
     fn bitand(self, other: TrackedByte) -> TrackedByte {
-        let can_be_1 = self.bounds().1 & other.bounds().1;
+        let can_be_1 = self.bounds().highest & other.bounds().highest;
         self.with(other, self.byte & other.byte, (self.doubt.bits | other.doubt.bits) & can_be_1)
     }
 }
@@ -184,7 +195,7 @@ impl BitAnd for TrackedByte {
 impl BitOr for TrackedByte {
     type Output = TrackedByte;
     fn bitor(self, other: TrackedByte) -> TrackedByte {
-        let can_be_0 = !(self.bounds().0 | other.bounds().0);
+        let can_be_0 = !(self.bounds().lowest | other.bounds().lowest);
         self.with(other, self.byte | other.byte, (self.doubt.bits | other.doubt.bits) & can_be_0)
     }
 }
@@ -238,7 +249,7 @@ impl ByteOps for TrackedByte {
     }
     /// A bit that is known to be 1 decides the result.
     fn is_zero(self) -> TrackedBit {
-        let settled = self.bounds().0 != 0;
+        let settled = self.bounds().lowest != 0;
         TrackedBit { on: self.byte == 0, doubt: if settled { UnknownBits::NONE } else { self.doubt } }
     }
     fn when(self, bit: TrackedBit) -> TrackedByte {
@@ -297,7 +308,8 @@ impl BitOps for TrackedBit {}
 impl Add for TrackedPair {
     type Output = TrackedPair;
     fn add(self, other: TrackedPair) -> TrackedPair {
-        let ((a, b), (c, d)) = (self.bounds(), other.bounds());
+        let (ValueBounds { lowest: a, highest: b }, ValueBounds { lowest: c, highest: d }) =
+            (self.bounds(), other.bounds());
         let bits = self.doubts() | other.doubts() | a.wrapping_add(c) ^ b.wrapping_add(d);
         self.with(other, self.number().wrapping_add(other.number()), bits)
     }
@@ -306,7 +318,8 @@ impl Add for TrackedPair {
 impl Sub for TrackedPair {
     type Output = TrackedPair;
     fn sub(self, other: TrackedPair) -> TrackedPair {
-        let ((a, b), (c, d)) = (self.bounds(), other.bounds());
+        let (ValueBounds { lowest: a, highest: b }, ValueBounds { lowest: c, highest: d }) =
+            (self.bounds(), other.bounds());
         let bits = self.doubts() | other.doubts() | a.wrapping_sub(d) ^ b.wrapping_sub(c);
         self.with(other, self.number().wrapping_sub(other.number()), bits)
     }
@@ -325,7 +338,7 @@ impl WideOps for TrackedPair {
     }
     /// All bits of a product are unknown if a factor has unknown bits, unless the other factor is 0.
     fn mul(a: TrackedByte, b: TrackedByte) -> TrackedPair {
-        let nothing = a.bounds().1 == 0 || b.bounds().1 == 0;
+        let nothing = a.bounds().highest == 0 || b.bounds().highest == 0;
         let bits = if nothing || a.doubt.bits | b.doubt.bits == 0 { 0 } else { u16::MAX };
         let (x, y) =
             (TrackedPair { hi: TrackedByte::known(0), lo: a }, TrackedPair { hi: TrackedByte::known(0), lo: b });
@@ -343,7 +356,7 @@ mod tests {
         for x in 0..=255u8 {
             for y in 0..=255u8 {
                 if x & !a.doubt.bits == 0 && y & !b.doubt.bits == 0 {
-                    let out = does(a.bounds().0 | x, b.bounds().0 | y);
+                    let out = does(a.bounds().lowest | x, b.bounds().lowest | y);
                     (ones, zeros) = (ones | out, zeros | !out);
                 }
             }

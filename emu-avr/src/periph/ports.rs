@@ -1,7 +1,7 @@
 //! The ports (section 14): direction, output and pull-up of every pin, and the overrides by peripherals.
 
 use emu_core::pins::{PinId, PinLevel, PinState};
-use emu_core::state;
+use emu_core::{PinOutput, state};
 
 use super::AvrDrive;
 
@@ -130,7 +130,7 @@ impl AvrPorts {
     /// Computes how the chip drives `pin` from the cycle `at` on. Returns the new level if it changed.
     pub(crate) fn update_level(&mut self, pin: PinId, at: u64) -> Option<PinChange> {
         let drivers = self.driven_level(pin);
-        self.update_pin(pin, at, |pin| (pin.driven, pin.pull_up) = drivers)
+        self.update_pin(pin, at, |pin| PinOutput { level: pin.driven, pull_up: pin.pull_up } = drivers)
     }
 
     fn update_pin(&mut self, pin: PinId, at: u64, change: impl FnOnce(&mut PinState)) -> Option<PinChange> {
@@ -142,12 +142,12 @@ impl AvrPorts {
     }
 
     /// Computes how the chip drives a pin: the level, or floating, and the pull-up (table 14-1, figure 14-5).
-    fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
+    fn driven_level(&self, pin: PinId) -> PinOutput {
         if self.reset == Some(pin) {
-            return (PinLevel::Float, true);
+            return PinOutput { level: PinLevel::Float, pull_up: true };
         }
         if self.held_in_reset {
-            return (PinLevel::Float, false);
+            return PinOutput { level: PinLevel::Float, pull_up: false };
         }
         let high = self.port(usize::from(pin / 8)) >> (pin % 8) & 1 == 1;
         let over = self.over.get(usize::from(pin)).copied().unwrap_or_default();
@@ -158,8 +158,8 @@ impl AvrPorts {
             AvrDrive::Port => self.is_output(pin).then_some(high),
         };
         match output {
-            Some(level) => (PinLevel::from_bit(level), false),
-            None => (PinLevel::Float, high && !self.pull_ups_off),
+            Some(level) => PinOutput { level: PinLevel::from_bit(level), pull_up: false },
+            None => PinOutput { level: PinLevel::Float, pull_up: high && !self.pull_ups_off },
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The chip as its core accesses it: registers, interrupts, and what keeps the chip awake.
 
+use emu_core::RegisterRead;
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
 use emu_core::external_io::{EventLog, OutsideInput};
 use emu_core::pins::{CycleTime, PinState};
@@ -14,14 +15,14 @@ impl Bus for AvrSoc {
     type Request = CoreRequest;
 
     #[inline]
-    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+    fn read(&mut self, reg: u16, now: u64) -> RegisterRead {
         // Fast path for the flag registers that programs poll.
         if now < self.schedule.due
             && let RegisterSlot::Timer(n, timers::TimerRegister::TIFR) = self.register_slot(reg)
             && self.prr == 0
             && let Some(flags) = self.timers[usize::from(n) % 4].flags_if_quiet(now)
         {
-            return (flags, BusEffect::NONE);
+            return RegisterRead { value: flags, effect: BusEffect::NONE };
         }
         self.read_any(reg, now)
     }

@@ -58,7 +58,7 @@ impl AvrSoc {
         }
         let before = now.saturating_sub(1);
         self.run(before);
-        let old = self.read_register(self.register_slot(reg), before).0;
+        let old = self.read_register(self.register_slot(reg), before).value;
         MaskedWrite { mask: 0xFF, value: old & !mask | value & mask }
     }
 

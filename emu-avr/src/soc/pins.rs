@@ -7,7 +7,7 @@ use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use super::AvrSoc;
 
-use crate::chips::{AvrPart, unit_index};
+use crate::chips::{AdcTrigger, AvrPart, unit_index};
 use crate::periph::comparator::ComparatorInput;
 use crate::periph::ports::{PIN_COUNT, PinChange};
 use crate::periph::{AvrDrive, AvrLine, Device, SignalReceiver, timers};
@@ -248,7 +248,7 @@ impl AvrSoc {
     /// Passes the flag of the converter's trigger source to it, if the source belongs to the unit `number`.
     pub(super) fn notify_trigger(&mut self, number: usize, t: u64) {
         if let Some(source) = self.adc.listened_trigger()
-            && self.part.adc_trigger(source).is_some_and(|(of, _)| of == number)
+            && self.part.adc_trigger(source).is_some_and(|AdcTrigger { unit: of, .. }| of == number)
         {
             self.adc.trigger(source, self.trigger_flag(source, t), t);
             self.schedule.touch(unit_index::ADC);
@@ -270,13 +270,15 @@ impl AvrSoc {
     pub(super) fn update_trigger_listeners(&mut self, t: u64) {
         let wanted = self.adc.listened_trigger().and_then(|source| self.part.adc_trigger(source));
         for n in 0..self.timers.len() {
-            let irqs = wanted.filter(|&(number, _)| number == unit_index::TIMER + n).map_or(0, |(_, irq)| 1 << irq);
+            let irqs = wanted
+                .filter(|&AdcTrigger { unit: number, .. }| number == unit_index::TIMER + n)
+                .map_or(0, |AdcTrigger { interrupt: irq, .. }| 1 << irq);
             self.timers[n].set_listened_interrupts(irqs, t, &mut self.out);
             self.schedule.touch(unit_index::TIMER + n);
             self.apply_signals(unit_index::TIMER + n);
         }
         self.external.set_flag_listener(
-            wanted.is_some_and(|(number, _)| number == unit_index::EXTERNAL),
+            wanted.is_some_and(|AdcTrigger { unit: number, .. }| number == unit_index::EXTERNAL),
             t,
             &mut self.out,
         );
@@ -290,7 +292,7 @@ impl AvrSoc {
 
     /// Returns the flag of a trigger source at `t`.
     fn trigger_flag(&self, source: u8, t: u64) -> bool {
-        let Some((number, irq)) = self.part.adc_trigger(source) else { return false };
+        let Some(AdcTrigger { unit: number, interrupt: irq }) = self.part.adc_trigger(source) else { return false };
         match number {
             unit_index::COMPARATOR => self.comparator.flag(),
             unit_index::EXTERNAL => self.external.flag(),

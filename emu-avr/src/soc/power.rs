@@ -64,6 +64,7 @@ pub(super) struct PowerState {
     /// True while the oscillator of the asynchronous timer runs; then, in `io_stopped`, the edge at which the
     /// I/O clock stopped.
     pub(super) crystal: bool,
+    /// The edge of the crystal at which the I/O clock stopped; valid while `crystal` is true.
     pub(super) io_stopped: u64,
     /// Voltages on pins in millivolts, for pins driven by a voltage instead of a level.
     pub volts: [Option<u32>; PIN_COUNT],

@@ -1,9 +1,10 @@
 //! The registers of the chip by address (section 36): reads, writes, and how long a value stays the same.
 
+use emu_core::RegisterRead;
 use emu_core::cpu::{BusEffect, NEVER};
 
 use super::AvrSoc;
-use crate::chips::{RegisterSlot, SocRegister, unit_index};
+use crate::chips::{RegisterSlot, SocRegister, SplitBit, unit_index};
 use crate::periph::usart::UsartRegister::{UBRRH, UCSRC};
 use crate::periph::{Device, SignalReceiver, adc, timers, usart};
 
@@ -17,6 +18,7 @@ const JTD: u8 = 1 << 7;
 const BODS: u8 = 1 << 6;
 const BODSE: u8 = 1 << 5;
 const PUD: u8 = 1 << 4;
+/// MCUCR: the interrupt vectors are in the boot section.
 pub(super) const IVSEL: u8 = 1 << 1;
 const IVCE: u8 = 1 << 0;
 
@@ -42,6 +44,15 @@ macro_rules! write {
         $soc.schedule.touch($number);
         $soc.apply_signals($number);
     }};
+}
+
+/// What a program reads from a register.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ReadValue {
+    /// The value.
+    pub(super) value: u8,
+    /// Whether the read may have moved a deadline or an interrupt.
+    pub(super) acts: bool,
 }
 
 impl AvrSoc {
@@ -75,58 +86,60 @@ impl AvrSoc {
 
     /// Reads any register, after everything that is due.
     #[inline(never)]
-    pub(super) fn read_any(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+    pub(super) fn read_any(&mut self, reg: u16, now: u64) -> RegisterRead {
         let due = self.schedule.due <= now;
         self.run(now);
-        let (value, acts) = match self.register_slot(reg) {
-            RegisterSlot::Port(port, 0) => (self.peek_pins(port, now), false),
-            RegisterSlot::Low(addr) => (self.low_byte(addr), false),
+        let ReadValue { value, acts } = match self.register_slot(reg) {
+            RegisterSlot::Port(port, 0) => ReadValue { value: self.peek_pins(port, now), acts: false },
+            RegisterSlot::Low(addr) => ReadValue { value: self.low_byte(addr), acts: false },
             site => self.read_register(site, now),
         };
-        (value, if due || acts { BusEffect::RECHECK } else { BusEffect::NONE })
+        RegisterRead { value, effect: if due || acts { BusEffect::RECHECK } else { BusEffect::NONE } }
     }
 
     /// Reads a register as the program does in cycle `t`. The second value is true if the read may have moved
     /// a deadline or an interrupt.
-    pub(super) fn read_register(&mut self, site: RegisterSlot, t: u64) -> (u8, bool) {
+    pub(super) fn read_register(&mut self, site: RegisterSlot, t: u64) -> ReadValue {
         if self.is_register_shut_off(site) {
-            return (0, false);
+            return ReadValue { value: 0, acts: false };
         }
-        let acts = match site {
+        let read = match site {
             RegisterSlot::Timer(n, reg) => {
                 let n = usize::from(n) % 4;
-                return (read!(self, unit_index::TIMER + n, self.timers[n], reg, t), false);
+                return ReadValue { value: read!(self, unit_index::TIMER + n, self.timers[n], reg, t), acts: false };
             }
             RegisterSlot::Usart(n, reg) => {
                 let n = usize::from(n) % 2;
-                (read!(self, unit_index::USART + n, self.usarts[n], reg, t), reg == usart::UsartRegister::UDR)
+                let value = read!(self, unit_index::USART + n, self.usarts[n], reg, t);
+                ReadValue { value, acts: reg == usart::UsartRegister::UDR }
             }
-            RegisterSlot::Spi(reg) => (read!(self, unit_index::SPI, self.spi, reg, t), true),
-            RegisterSlot::Twi(reg) => (read!(self, unit_index::TWI, self.twi, reg, t), false),
-            RegisterSlot::Adc(reg) => (
-                read!(self, unit_index::ADC, self.adc, reg, t),
-                matches!(reg, adc::AdcRegister::ADCL | adc::AdcRegister::ADCH),
-            ),
+            RegisterSlot::Spi(reg) => ReadValue { value: read!(self, unit_index::SPI, self.spi, reg, t), acts: true },
+            RegisterSlot::Twi(reg) => ReadValue { value: read!(self, unit_index::TWI, self.twi, reg, t), acts: false },
+            RegisterSlot::Adc(reg) => ReadValue {
+                value: read!(self, unit_index::ADC, self.adc, reg, t),
+                acts: matches!(reg, adc::AdcRegister::ADCL | adc::AdcRegister::ADCH),
+            },
             RegisterSlot::Ursel(n) => {
                 let value = self.peek_register(site, t);
                 self.ursel_read[usize::from(n) % 2] = t;
-                return (value, false);
+                return ReadValue { value, acts: false };
             }
             RegisterSlot::Split(bits) => {
-                let mut all = (0, false);
-                for &(bit, site, its) in bits {
-                    let (value, acts) = self.read_register(site, t);
-                    all = (all.0 | (value >> its & 1) << bit, all.1 | acts);
+                let mut all = ReadValue { value: 0, acts: false };
+                for &SplitBit { bit, slot: site, its_bit: its } in bits {
+                    let ReadValue { value, acts } = self.read_register(site, t);
+                    all.value |= (value >> its & 1) << bit;
+                    all.acts |= acts;
                 }
                 all
             }
-            _ => return (self.peek_register(site, t), false),
+            _ => return ReadValue { value: self.peek_register(site, t), acts: false },
         };
-        if let (true, Some(number)) = (acts.1, AvrSoc::unit_index_of(site)) {
+        if let (true, Some(number)) = (read.acts, AvrSoc::unit_index_of(site)) {
             self.schedule.touch(number);
             self.update_deadlines();
         }
-        acts
+        read
     }
 
     /// Returns PINx.
@@ -172,9 +185,9 @@ impl AvrSoc {
             RegisterSlot::Watchdog(reg) => self.watchdog.peek(reg, t),
             RegisterSlot::External(reg) => self.external.peek(reg, t),
             RegisterSlot::Kept(n) => self.kept_bytes[usize::from(n) % 4],
-            RegisterSlot::Split(bits) => {
-                bits.iter().fold(0, |all, &(bit, site, its)| all | (self.peek_register(site, t) >> its & 1) << bit)
-            }
+            RegisterSlot::Split(bits) => bits.iter().fold(0, |all, &SplitBit { bit, slot: site, its_bit: its }| {
+                all | (self.peek_register(site, t) >> its & 1) << bit
+            }),
             RegisterSlot::Own(own) => match own {
                 SocRegister::MCUCR => self.mcucr | if self.power.ivce_open(t) { IVCE } else { 0 },
                 SocRegister::MCUSR => self.mcusr,
@@ -252,14 +265,14 @@ impl AvrSoc {
     }
 
     /// Writes bits that belong to several registers; each register is written once.
-    fn write_split(&mut self, bits: &[(u8, RegisterSlot, u8)], mask: u8, value: u8, t: u64) {
+    fn write_split(&mut self, bits: &[SplitBit], mask: u8, value: u8, t: u64) {
         let mut done = 0u8;
-        for (i, &(_, site, _)) in bits.iter().enumerate() {
+        for (i, &SplitBit { slot: site, .. }) in bits.iter().enumerate() {
             if done >> (i % 8) & 1 == 1 {
                 continue;
             }
             let (mut its_mask, mut its_value) = (0, 0);
-            for (j, &(bit, other, its)) in bits.iter().enumerate().skip(i) {
+            for (j, &SplitBit { bit, slot: other, its_bit: its }) in bits.iter().enumerate().skip(i) {
                 if other == site {
                     done |= 1 << (j % 8);
                     its_mask |= (mask >> bit & 1) << its;
@@ -367,9 +380,11 @@ impl AvrSoc {
             RegisterSlot::Watchdog(reg) => self.watchdog.steady_until(reg, t),
             RegisterSlot::External(reg) => self.external.steady_until(reg, t),
             RegisterSlot::Own(SocRegister::MCUCR | SocRegister::CLKPR) | RegisterSlot::Ursel(_) => t,
-            RegisterSlot::Split(bits) => {
-                bits.iter().map(|&(_, site, _)| self.register_steady_until(site, t)).min().unwrap_or(NEVER)
-            }
+            RegisterSlot::Split(bits) => bits
+                .iter()
+                .map(|&SplitBit { slot: site, .. }| self.register_steady_until(site, t))
+                .min()
+                .unwrap_or(NEVER),
             RegisterSlot::Reserved | RegisterSlot::Core | RegisterSlot::Low(_) | RegisterSlot::Port(..) => NEVER,
             RegisterSlot::Kept(_) | RegisterSlot::Own(_) => NEVER,
         }

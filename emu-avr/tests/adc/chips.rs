@@ -17,7 +17,7 @@ fn converted(name: &str, pin: &str, millivolts: u32, admux: u8) -> u16 {
     soc.write(reg("ADMUX"), admux, 1);
     soc.write(reg("ADCSRA"), 0xC0, 2);
     soc.fire(100);
-    u16::from(soc.read(reg("ADCL"), 100).0) | u16::from(soc.read(reg("ADCH"), 101).0) << 8
+    u16::from(soc.read(reg("ADCL"), 100).value) | u16::from(soc.read(reg("ADCH"), 101).value) << 8
 }
 
 /// ADC6 and ADC7 convert the voltages on their pins.

@@ -222,9 +222,9 @@ fn random_programs_agree_with_stepped_timers_at_every_cycle() {
             }
             assert_eq!(soc.pending_interrupt(now), model.pending(), "pending, {}", place());
             if rng.one_in(10) {
-                assert_eq!(soc.read(0x84, now).0, model.timers[1].tcnt as u8);
+                assert_eq!(soc.read(0x84, now).value, model.timers[1].tcnt as u8);
                 model.temp = (model.timers[1].tcnt >> 8) as u8;
-                assert_eq!(soc.read(0x85, now).0, model.temp, "TCNT1H, seed {seed}, cycle {now}");
+                assert_eq!(soc.read(0x85, now).value, model.temp, "TCNT1H, seed {seed}, cycle {now}");
             }
             if let Some(vector) = soc.pending_interrupt(now).filter(|_| rng.one_in(20)) {
                 soc.acknowledge_interrupt(vector, now);

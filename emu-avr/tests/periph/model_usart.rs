@@ -1,5 +1,6 @@
 //! A model of the serial port that steps cycle by cycle and sample by sample, compared with the chip.
 
+use emu_core::parts::uart::FrameEdge;
 use std::collections::VecDeque;
 
 use crate::script::chip;
@@ -213,16 +214,21 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
                 line_free = now + 3 + bit * 11;
                 match rng.below(8) {
                     0 => edges.truncate(1),
-                    1 => edges = vec![(now + 3, PinLevel::Low), (now + 3 + rng.below(bit), PinLevel::High)],
-                    2 => edges.retain(|edge| edge.0 < now + 3 + 9 * bit),
-                    3 => edges.push((line_free, PinLevel::High)),
+                    1 => {
+                        edges = vec![
+                            FrameEdge { cycle: now + 3, level: PinLevel::Low },
+                            FrameEdge { cycle: now + 3 + rng.below(bit), level: PinLevel::High },
+                        ]
+                    }
+                    2 => edges.retain(|edge| edge.cycle < now + 3 + 9 * bit),
+                    3 => edges.push(FrameEdge { cycle: line_free, level: PinLevel::High }),
                     _ => {}
                 }
-                if edges.last().is_some_and(|edge| edge.1 == PinLevel::Low) {
-                    edges.push((line_free + rng.below(bit), PinLevel::High));
+                if edges.last().is_some_and(|edge| edge.level == PinLevel::Low) {
+                    edges.push(FrameEdge { cycle: line_free + rng.below(bit), level: PinLevel::High });
                     line_free += bit;
                 }
-                for (at, level) in edges {
+                for FrameEdge { cycle: at, level } in edges {
                     soc.queue_input(CycleTime::at(at), now, OutsideInput::Level(RXD, level));
                     drives.push_back((at, level));
                 }
@@ -232,7 +238,7 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
                 seen[1] += u32::from(model.fifo[0].1 & 0x10 != 0);
                 seen[2] += u32::from(model.fifo[0].1 & 0x08 != 0);
                 let want = model.read();
-                assert_eq!(Some(soc.read(UDR0, now).0), want, "UDR0, seed {seed}, cycle {now}");
+                assert_eq!(Some(soc.read(UDR0, now).value), want, "UDR0, seed {seed}, cycle {now}");
             }
             let write = match now {
                 1 => Some(Write::Baud(ubrr)),

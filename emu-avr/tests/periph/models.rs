@@ -153,7 +153,7 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
                 deadline = 0;
             }
             if rng.one_in(40) {
-                assert_eq!(eager.read(0xC6, now).0, lazy.read(0xC6, now).0, "UDR0, seed {seed}, cycle {now}");
+                assert_eq!(eager.read(0xC6, now).value, lazy.read(0xC6, now).value, "UDR0, seed {seed}, cycle {now}");
                 deadline = 0;
             }
             if rng.one_in(25) {

@@ -107,7 +107,7 @@ fn run(soc: &mut AvrSoc, step: &str) -> Result<(), String> {
         "|" => return soc.write_bits(reg, value, value, now).none(),
         "&" => return soc.write_bits(reg, value, 0, now).none(),
         "?" => soc.peek(reg, now),
-        _ => soc.read(reg, now).0,
+        _ => soc.read(reg, now).value,
     };
     if got == value { Ok(()) } else { Err(format!("got {got:02x}")) }
 }

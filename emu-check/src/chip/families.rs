@@ -205,7 +205,7 @@ impl CheckedChip for Mcs51 {
 
 impl CheckedChip for Pic16 {
     fn stack_pointer(&self) -> Option<u32> {
-        Some(self.stack().1 as u32)
+        Some(self.stack().next as u32)
     }
 }
 

@@ -27,6 +27,7 @@ pub(crate) struct LineListener {
 }
 
 impl LineListener {
+    /// Makes the receivers of the lines that the board has.
     pub(super) fn new(board: &ForeignBoard) -> LineListener {
         let of = &board.peripherals;
         LineListener {

@@ -148,7 +148,7 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         let ForeignCheckVisitor { program, foreign, options, board, eval, progress } = self;
         let period = u64::try_from(board.pace.num / board.pace.den).unwrap_or(u64::MAX / 64);
         let erase_unfilled_eeprom = |cpu: &mut C| {
-            let image_cells: Vec<u32> = foreign.image.bytes_in("eeprom").map(|(addr, _)| addr).collect();
+            let image_cells: Vec<u32> = foreign.image.bytes_in("eeprom").map(|one| one.addr).collect();
             for addr in (0..u32::from(board.chip.eeprom_bytes)).filter(|addr| !image_cells.contains(addr)) {
                 cpu.poke("eeprom", addr, 0xFF);
             }

@@ -239,7 +239,7 @@ impl Probe for ServeProbe {
 
 /// Runs a chip with its script byte by byte: each byte is in the cell before the chip reads it.
 fn serve_script<C: Cpu>(mut cpu: C, ports: ServePorts, script: &ServeScript) -> Result<Vec<u8>, Diagnostic> {
-    let space = cpu.chip().spaces.iter().position(|(name, ..)| *name == ports.space).unwrap_or(0) as u8;
+    let space = cpu.chip().spaces.iter().position(|space| space.name == ports.space).unwrap_or(0) as u8;
     let mut watch = ServeProbe { space, ports, output: Vec::new() };
     for (byte, n) in script.bytes().iter().chain(b"U").zip(1..) {
         cpu.poke(ports.space, ports.from_checker.into(), *byte);

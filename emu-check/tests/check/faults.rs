@@ -3,6 +3,7 @@
 
 use crate::common;
 use emu_check::{CheckOptions, CheckReport, check_compiled};
+use emu_core::image::HexSegment;
 use emu_core::image::write_hex;
 use ladder::LadderProgram;
 use ladder_compile::{CompiledProgram, compile};
@@ -28,7 +29,7 @@ fn patch(compiled: &mut CompiledProgram, at: usize, words: &str) {
         let word = u16::from_str_radix(word, 16).expect("a word");
         compiled.code[at + 2 * n..][..2].copy_from_slice(&word.to_le_bytes());
     }
-    compiled.hex = write_hex(&[(0, &compiled.code)]);
+    compiled.hex = write_hex(&[HexSegment { addr: 0, bytes: &compiled.code }]);
 }
 
 /// The byte address for a location in the table: `find WORD` or `rung.element`.
@@ -140,7 +141,7 @@ fn swapped_bytes_are_found() {
     for at in (from..to).step_by(2).filter(|&at| image.code[at] != image.code[at + 1]) {
         let mut broken = image.clone();
         broken.code.swap(at, at + 1);
-        broken.hex = write_hex(&[(0, &broken.code)]);
+        broken.hex = write_hex(&[HexSegment { addr: 0, bytes: &broken.code }]);
         if checked(&program, &broken, &CheckOptions::default()).agreed {
             missed.push(format!("{at:04X}"));
         }

@@ -16,6 +16,8 @@
 
 mod dropped;
 
+use crate::image::elf::NamedSection;
+use crate::image::stabs::StabLines;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
@@ -51,14 +53,14 @@ pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
         let hint = "the file is cut off or damaged: build or get it again";
         return with_only_warning(warn(DAMAGED, "the debugging information cannot be found".to_owned(), hint));
     };
-    if sections.iter().any(|(_, section)| matches!(section, DebugSection::Compressed)) {
+    if sections.iter().any(|NamedSection { section, .. }| matches!(section, DebugSection::Compressed)) {
         let cause = "the debugging information is compressed, so source lines are not known".to_owned();
         let hint = "link without -gz, or avr-objcopy --decompress-debug-sections";
         return with_only_warning(warn(COMPRESSED, cause, hint));
     }
     let section = |id: SectionId| -> Result<DwarfSlice<'_>, Error> {
-        let named = sections.iter().find(|(name, _)| *name == id.name());
-        Ok(EndianSlice::new(named.map_or(&[], |(_, section)| section.bytes()), Le))
+        let named = sections.iter().find(|NamedSection { name, .. }| *name == id.name());
+        Ok(EndianSlice::new(named.map_or(&[], |NamedSection { section, .. }| section.bytes()), Le))
     };
     let mut reader = DwarfLineReader::default();
     if let Ok(dwarf) = Dwarf::load(section) {
@@ -68,7 +70,7 @@ pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
         warn(DAMAGED, cause, "build the program again")
     });
-    let (lines, fault) = stabs::read_stab_lines(&sections, &bytes, &mut reader.names, &mut reader.doubled);
+    let StabLines { lines, fault } = stabs::read_stab_lines(&sections, &bytes, &mut reader.names, &mut reader.doubled);
     reader.lines.extend(lines);
     let stabs = fault.map(|fault| {
         let cause = format!("the debugging information (stabs) is damaged, so source lines may be missing: {fault}");

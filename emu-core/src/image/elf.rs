@@ -2,6 +2,7 @@
 //! parsed by `object`.
 
 use std::borrow::Cow;
+use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};
 
 use diag::text::into_printable;
@@ -79,9 +80,17 @@ impl<'b> DebugSection<'b> {
     }
 }
 
+/// A section with debugging information and its name.
+pub(super) struct NamedSection<'b> {
+    /// The name in the section table, with the dot.
+    pub(super) name: &'b str,
+    /// The content.
+    pub(super) section: DebugSection<'b>,
+}
+
 /// The sections with debugging information, by name. Returns `None` if the section table, or one of these
 /// sections, is outside of the file.
-pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>)>> {
+pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<NamedSection<'_>>> {
     let header = FileHeader32::<Le>::parse(bytes).ok()?;
     let sections = header.sections(Le, bytes).ok()?;
     let mut found = Vec::new();
@@ -90,9 +99,9 @@ pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>
             continue;
         };
         if name.starts_with(".zdebug_") || name.starts_with(".debug_") && section.sh_flags(Le) & SHF_COMPRESSED != 0 {
-            found.push((name, DebugSection::Compressed));
+            found.push(NamedSection { name, section: DebugSection::Compressed });
         } else if name.starts_with(".debug_") || matches!(name, ".stab" | ".stabstr") {
-            found.push((name, DebugSection::Plain(section.data(Le, bytes).ok()?)));
+            found.push(NamedSection { name, section: DebugSection::Plain(section.data(Le, bytes).ok()?) });
         }
     }
     Some(found)
@@ -375,7 +384,7 @@ fn symbols(
     }
     let shared = needs_module_name(&found);
     found.iter_mut().zip(shared).for_each(|(named, shared)| named.give_name(shared));
-    found.sort_by(|a, b| a.key().cmp(&b.key()));
+    found.sort_by(|a, b| a.order(b));
     Ok(found.into_iter().map(|named| named.symbol).collect())
 }
 
@@ -393,8 +402,11 @@ struct NamedSymbol<'b> {
 }
 
 impl NamedSymbol<'_> {
-    fn key(&self) -> (usize, u32, bool, &str, u32) {
-        (self.at, self.symbol.addr, !self.weak, &self.symbol.name, self.symbol.size)
+    /// The order by memory and address; of one address weak names first, then by name.
+    fn order(&self, other: &NamedSymbol<'_>) -> Ordering {
+        let key = |a: &NamedSymbol<'_>| (a.at, a.symbol.addr, !a.weak);
+        let name = |a: &NamedSymbol<'_>, b: &NamedSymbol<'_>| a.symbol.name.cmp(&b.symbol.name);
+        key(self).cmp(&key(other)).then_with(|| name(self, other)).then(self.symbol.size.cmp(&other.symbol.size))
     }
 
     /// Demangles the name. If `shared`, another symbol has the same name, so the name of the module is added:

@@ -34,7 +34,7 @@ pub(super) struct HexRecord {
 /// leading spaces are skipped.
 pub(super) fn parse_line(text: &[u8], number: u32, faults: &mut FaultList) -> HexRecord {
     let indent = text.len() - text.trim_ascii_start().len();
-    let Some((column, digits)) = digits(text.trim_ascii_start(), indent as u32, number, faults) else {
+    let Some(LineDigits { column, digits }) = digits(text.trim_ascii_start(), indent as u32, number, faults) else {
         return HexRecord { record: None, kind: None, column: 0 };
     };
     let chars: Vec<char> = quoted(digits).chars().collect();
@@ -59,9 +59,18 @@ pub(super) fn check_comment(text: &[u8], number: u32, faults: &mut FaultList) {
     }
 }
 
+/// The digits of a line of Intel HEX.
+#[derive(Debug, Clone, Copy)]
+struct LineDigits<'t> {
+    /// The column of the first digit, from 1.
+    column: u32,
+    /// The characters after the colon.
+    digits: &'t [u8],
+}
+
 /// Finds the digits of a line and the column where they start. Characters before the colon are reported and
 /// skipped. A line that consists only of digits is read as a line without its colon.
-fn digits<'t>(text: &'t [u8], indent: u32, line: u32, faults: &mut FaultList) -> Option<(u32, &'t [u8])> {
+fn digits<'t>(text: &'t [u8], indent: u32, line: u32, faults: &mut FaultList) -> Option<LineDigits<'t>> {
     let colon = text.iter().take(MAX_DIGITS).position(|&byte| byte == b':');
     let (column, digits) = match colon {
         Some(0) => (indent + 2, text.get(1..)?),
@@ -96,7 +105,7 @@ fn digits<'t>(text: &'t [u8], indent: u32, line: u32, faults: &mut FaultList) ->
         );
         return None;
     }
-    Some((column, digits))
+    Some(LineDigits { column, digits })
 }
 
 /// The characters of a piece of a line.

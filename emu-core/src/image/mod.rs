@@ -40,7 +40,8 @@ use diag::text::into_printable;
 pub use codes::{IMAGE_CODES, LINE_CODES, SYMBOL_CODES};
 pub use debug_info::{
     AVR_DATA, BaseEncoding, BitRange, BlockInfo, ByteLocation, CType, CompiledFile, DebugInfo, FrameView, FunctionInfo,
-    Mcs51Memory, StructMember, TypeId, UnwoundFrame, VariableInfo, VariableLocation,
+    Mcs51Memory, NumberedType, SpaceAddress, StructMember, TypeDefinition, TypeId, UnwoundFrame, VariableInfo,
+    VariableLocation,
 };
 pub use demangle::DemangledName;
 pub use elf::load_elf;
@@ -51,7 +52,7 @@ pub use omf51::{OMF_CODES, load_omf51};
 pub use simavr::{SimavrSection, SimavrTrace, read_simavr_section};
 pub use source_lines::{SourceKind, SourceLine, SourceLines};
 pub use symbols::{SimulatorMessage, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
-pub use write::{write_hex, write_hex_aligned};
+pub use write::{HexSegment, write_hex, write_hex_aligned};
 
 /// A memory that an image can fill: a window in the address space of the image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -186,11 +187,20 @@ pub struct Image {
     pub entry: Option<u32>,
 }
 
+/// A byte of an image with its address.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AddressedByte {
+    /// The address in the memory of the byte.
+    pub addr: u32,
+    /// The value.
+    pub byte: u8,
+}
+
 impl Image {
     /// Copies the bytes of one memory into `into`; the rest of `into` keeps its value. Bytes beyond the end
     /// of `into` are left out.
     pub fn fill(&self, space: &str, into: &mut [u8]) {
-        for (addr, byte) in self.bytes_in(space) {
+        for AddressedByte { addr, byte } in self.bytes_in(space) {
             if let Some(cell) = into.get_mut(addr as usize) {
                 *cell = byte;
             }
@@ -198,8 +208,8 @@ impl Image {
     }
 
     /// The bytes of one memory with their addresses in it, in ascending order.
-    pub fn bytes_in(&self, space: &str) -> impl Iterator<Item = (u32, u8)> {
-        self.segments_in(space).flat_map(|s| (s.addr..).zip(s.bytes.iter().copied()))
+    pub fn bytes_in(&self, space: &str) -> impl Iterator<Item = AddressedByte> {
+        self.segments_in(space).flat_map(|s| (s.addr..).zip(&s.bytes).map(|(addr, &byte)| AddressedByte { addr, byte }))
     }
 
     /// The highest used address of one memory plus 1; 0 if the image does not use the memory.

@@ -85,6 +85,7 @@ fn is_erased(space: &ImageSpace, at: u32, byte: u8) -> bool {
 }
 
 impl<'s> PlacedBytes<'s> {
+    /// Makes an empty placement in these memories.
     pub(super) fn new(spaces: &'s [ImageSpace]) -> Self {
         PlacedBytes { spaces, runs: spaces.iter().map(|_| BTreeMap::new()).collect() }
     }

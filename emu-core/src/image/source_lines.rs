@@ -61,7 +61,7 @@ pub(super) struct LineTable {
     /// The kinds that occur, in order of preference.
     kinds: Vec<SourceKind>,
     /// The folder of the compilation of each file; each file once.
-    folders: Vec<(Arc<str>, String)>,
+    folders: Vec<SourceFolder>,
     /// Warnings about what could not be read.
     warnings: Vec<Diagnostic>,
     /// Byte addresses at which two rows begin, be it of one line: no code belongs to the first.
@@ -70,11 +70,20 @@ pub(super) struct LineTable {
     pub(super) parts: BTreeSet<u32>,
 }
 
+/// The folder in which the compiler ran for a source file.
+#[derive(Debug, Clone)]
+pub(super) struct SourceFolder {
+    /// The file as the debugging information names it.
+    pub(super) file: Arc<str>,
+    /// The folder.
+    pub(super) folder: String,
+}
+
 impl LineTable {
     /// Sorts the lines.
     pub(super) fn from_lines(
         mut lines: Vec<SourceLine>,
-        folders: Vec<(Arc<str>, String)>,
+        folders: Vec<SourceFolder>,
         warnings: Vec<Diagnostic>,
     ) -> LineTable {
         lines.sort_unstable();
@@ -239,7 +248,7 @@ impl SourceLines {
     /// The folder in which the compiler was called for a source file, if known.
     #[must_use]
     pub fn folder(&self, file: &str) -> Option<&str> {
-        self.line_table().folders.iter().find(|(known, _)| &**known == file).map(|(_, folder)| folder.as_str())
+        self.line_table().folders.iter().find(|known| &*known.file == file).map(|known| known.folder.as_str())
     }
 }
 
@@ -270,7 +279,7 @@ fn owned(names: &[&str]) -> Vec<String> {
 pub(super) struct SourceFileNames {
     names: HashMap<String, Arc<str>>,
     /// The folders of the compilations.
-    pub folders: Vec<(Arc<str>, String)>,
+    pub folders: Vec<SourceFolder>,
 }
 
 impl SourceFileNames {
@@ -285,12 +294,13 @@ impl SourceFileNames {
         let file: Arc<str> = printable(path).into();
         self.names.insert(path.to_owned(), Arc::clone(&file));
         if !folder.is_empty() {
-            self.folders.push((Arc::clone(&file), folder.to_owned()));
+            self.folders.push(SourceFolder { file: Arc::clone(&file), folder: folder.to_owned() });
         }
         file
     }
 }
 
+/// Returns a path in a folder; an absolute path stays as it is.
 pub(super) fn join_path(folder: &str, name: &str) -> String {
     if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
 }

@@ -11,12 +11,13 @@
 
 mod lines;
 
+use crate::image::elf::NamedSection;
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-pub(super) use lines::read_stab_lines;
+pub(super) use lines::{StabLines, read_stab_lines};
 
-use super::elf::{self, DebugSection};
+use super::elf;
 
 /// Types of records (binutils, include/aout/stab.def).
 pub(super) mod record {
@@ -69,8 +70,13 @@ pub(super) struct StabRecords<'b> {
 
 impl<'b> StabRecords<'b> {
     /// Those of the sections of an ELF file; nothing where it has none.
-    pub fn new(sections: &[(&str, DebugSection<'b>)]) -> Option<StabRecords<'b>> {
-        let named = |wanted: &str| sections.iter().find(|(name, _)| *name == wanted).map(|(_, own)| own.bytes());
+    pub fn new(sections: &[NamedSection<'b>]) -> Option<StabRecords<'b>> {
+        let named = |wanted: &str| {
+            sections
+                .iter()
+                .find(|NamedSection { name, .. }| *name == wanted)
+                .map(|NamedSection { section: own, .. }| own.bytes())
+        };
         let records = named(".stab").filter(|records| !records.is_empty())?;
         let texts = named(".stabstr").unwrap_or_default();
         let budget = 4 * (records.len() + texts.len()) + (1 << 20);
@@ -206,6 +212,7 @@ impl<'b> NamesAtZero<'b> {
     }
 }
 
+/// Returns a path as text, cut at the maximum length.
 pub(super) fn path_text(text: &[u8]) -> String {
     String::from_utf8_lossy(text.get(..text.len().min(MAX_PATH)).unwrap_or_default()).into_owned()
 }

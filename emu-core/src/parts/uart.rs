@@ -193,16 +193,25 @@ impl UartReceiver {
     }
 }
 
+/// A level change on a serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FrameEdge {
+    /// The cycle of the change.
+    pub cycle: u64,
+    /// The level from then on.
+    pub level: PinLevel,
+}
+
 /// Returns the level changes of one frame on an idle (high) line, for driving a receiver. The start bit
 /// begins at cycle `start`, and bit `k` at `start + k * num / den`, rounded down. The next frame can start at
 /// `k` = 10. A `den` of 0 counts as 1.
-pub fn frame_edges(byte: u8, start: u64, num: u64, den: u64) -> impl Iterator<Item = (u64, PinLevel)> {
+pub fn frame_edges(byte: u8, start: u64, num: u64, den: u64) -> impl Iterator<Item = FrameEdge> {
     (0..FRAME_BITS).filter_map(move |k| {
         let before = k == 0 || frame_bit(byte, k - 1);
         let bit = frame_bit(byte, k);
         let after = u128::from(num) * u128::from(k) / u128::from(den.max(1));
         let at = start.saturating_add(u64::try_from(after).unwrap_or(NEVER));
-        (bit != before).then_some((at, PinLevel::from_bit(bit)))
+        (bit != before).then_some(FrameEdge { cycle: at, level: PinLevel::from_bit(bit) })
     })
 }
 
@@ -230,7 +239,9 @@ mod tests {
             (0x80, 7, 2, "100 Low, 128 High"),
         ];
         for (byte, num, den, want) in cases {
-            let edges: Vec<_> = frame_edges(byte, 100, num, den).map(|(at, level)| format!("{at} {level:?}")).collect();
+            let edges: Vec<_> = frame_edges(byte, 100, num, den)
+                .map(|FrameEdge { cycle: at, level }| format!("{at} {level:?}"))
+                .collect();
             assert_eq!(edges.join(", "), want, "byte {byte:#04x}");
         }
     }

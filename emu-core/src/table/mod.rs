@@ -26,7 +26,7 @@ mod text;
 
 pub use docs::instruction_list_markdown;
 pub use pattern::{BitPattern, CycleCounts, OperandField};
-pub use text::{AsmError, DisassembledInstruction, SyntaxAlias, disassemble};
+pub use text::{AsmError, DisassembledInstruction, NamedOperand, SyntaxAlias, alias, disassemble};
 
 use crate::CoreError;
 
@@ -246,13 +246,42 @@ pub struct EncodeError {
     pub cause: CoreError,
 }
 
+/// Encodes a value from `low` to `high` as its distance from `low`.
+///
+/// # Errors
+/// [`CoreError::OutOfRange`] names `what` and the range.
+pub fn check_range(value: i32, low: i32, high: i32, what: &'static str) -> Result<u32, CoreError> {
+    if (low..=high).contains(&value) {
+        Ok((value - low) as u32)
+    } else {
+        Err(CoreError::OutOfRange { what, value, low, high })
+    }
+}
+
+/// Encodes a value that fits `bits` bits.
+///
+/// # Errors
+/// [`CoreError::OutOfRange`] names `what` and the range.
+pub fn check_field(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
+    check_range(value, 0, (1 << bits) - 1, what)
+}
+
+/// A row of the instruction table that matches.
+#[derive(Debug, Clone, Copy)]
+pub struct FoundRow {
+    /// The position of the row in the table.
+    pub index: usize,
+    /// The bits of the instruction.
+    pub bits: u32,
+}
+
 /// Finds the first row that matches the instruction at the start of `words`, which have `word_bits` bits
 /// each. Returns the position of the row and the bits of the instruction. Words after the end read as 0.
 #[must_use]
-pub fn find_row(rows: &[InstructionRow], word_bits: u32, words: &[u16]) -> Option<(usize, u32)> {
+pub fn find_row(rows: &[InstructionRow], word_bits: u32, words: &[u16]) -> Option<FoundRow> {
     rows.iter().enumerate().find_map(|(i, row)| {
         let bits = instruction_bits(row, word_bits, words);
-        row.pattern.matches(bits).then_some((i, bits))
+        row.pattern.matches(bits).then_some(FoundRow { index: i, bits })
     })
 }
 

@@ -1,6 +1,16 @@
 //! Assembly text from the table: the disassembler, and types for the assembler.
 
 use super::{InstructionLocation, InstructionRow, find_row};
+use crate::table::FoundRow;
+
+/// An operand of a disassembled instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NamedOperand {
+    /// The name of the kind, such as `data address`.
+    pub kind: &'static str,
+    /// The value.
+    pub value: i32,
+}
 
 /// One disassembled instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,8 +22,8 @@ pub struct DisassembledInstruction {
     pub len: usize,
     /// Position of the row, or `None` if no row matches.
     pub row: Option<usize>,
-    /// Operands in the order of the row: name of the kind, and value. Empty if no row matches.
-    pub operands: Vec<(&'static str, i32)>,
+    /// Operands in the order of the row. Empty if no row matches.
+    pub operands: Vec<NamedOperand>,
 }
 
 /// Directives for a program word that is not an instruction.
@@ -39,7 +49,7 @@ pub fn disassemble(
         row: None,
         operands: Vec::new(),
     };
-    let Some((index, bits)) = find_row(rows, word_bits, words) else {
+    let Some(FoundRow { index, bits }) = find_row(rows, word_bits, words) else {
         return raw("");
     };
     let row = &rows[index];
@@ -66,7 +76,12 @@ pub fn disassemble(
         row.operands.iter().zip(&values).filter(|(s, _)| row.pattern.has_letter(s.letter)).map(|(_, &v)| v).collect();
     match row.encode(&shown, &site) {
         Ok(back) if back == bits => {
-            let operands = row.operands.iter().map(|slot| slot.kind.name).zip(values).collect();
+            let operands = row
+                .operands
+                .iter()
+                .zip(values)
+                .map(|(slot, value)| NamedOperand { kind: slot.kind.name, value })
+                .collect();
             DisassembledInstruction { text, len: row.len() as usize, row: Some(index), operands }
         }
         _ => raw(&format!("  ; {text}")),
@@ -85,6 +100,26 @@ pub struct AsmError {
     pub hint: String,
 }
 
-/// An alternative spelling of a row: mnemonic, syntax, the row's mnemonic, and the row's operands written
-/// with the letters of the alias.
-pub type SyntaxAlias = (&'static str, &'static str, &'static str, &'static str);
+/// An alternative spelling of a row of the instruction table.
+#[derive(Debug, Clone, Copy)]
+pub struct SyntaxAlias {
+    /// The mnemonic of the alias.
+    pub mnemonic: &'static str,
+    /// Its operands, each a letter, with their punctuation.
+    pub syntax: &'static str,
+    /// The mnemonic of the row that it stands for.
+    pub row_mnemonic: &'static str,
+    /// The row's operands, written with the letters of the alias.
+    pub row_operands: &'static str,
+}
+
+/// Makes an alias from its mnemonic and syntax, and the mnemonic and operands that it stands for.
+#[must_use]
+pub const fn alias(
+    mnemonic: &'static str,
+    syntax: &'static str,
+    row_mnemonic: &'static str,
+    row_operands: &'static str,
+) -> SyntaxAlias {
+    SyntaxAlias { mnemonic, syntax, row_mnemonic, row_operands }
+}

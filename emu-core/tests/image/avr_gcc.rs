@@ -44,7 +44,7 @@ fn elf_and_objcopy_agree() {
     assert_eq!(all.segments, elf.segments);
     assert!(elf.end("flash") > 100);
     assert_eq!(elf.bytes_in("flash").collect::<Vec<_>>(), flash.bytes_in("flash").collect::<Vec<_>>());
-    assert_eq!(elf.bytes_in("eeprom").collect::<Vec<_>>(), [(0, 1), (1, 2), (2, 3)]);
+    assert_eq!(elf.bytes_in("eeprom").map(|one| (one.addr, one.byte)).collect::<Vec<_>>(), [(0, 1), (1, 2), (2, 3)]);
     assert_eq!(elf.bytes_in("eeprom").collect::<Vec<_>>(), eeprom.bytes_in("eeprom").collect::<Vec<_>>());
     assert_eq!(elf.bytes_in("data").count(), 0);
     let find = |name: &str| elf.symbols.iter().find(|s| s.name == name).map(|s| (s.space, s.size));

@@ -5,7 +5,8 @@ use std::fmt::Write;
 
 use diag::{Diagnostic, Severity};
 use emu_core::image::{
-    IMAGE_CODES, ImageSpace, LoadedImage, MAX_REPORTED, WordBits, load, load_hex, write_hex, write_hex_aligned,
+    HexSegment, IMAGE_CODES, ImageSpace, LoadedImage, MAX_REPORTED, WordBits, load, load_hex, write_hex,
+    write_hex_aligned,
 };
 
 use crate::{AVR, DIR, table};
@@ -142,7 +143,7 @@ fn an_image_answers() {
     let loaded = load_file("ok-two-memories").unwrap();
     let image = loaded.image;
     assert_eq!((image.end("flash"), image.end("user"), image.end("eeprom")), (0x2_0000, 8, 0));
-    assert_eq!(image.bytes_in("user").collect::<Vec<_>>(), [(6, 0xAB), (7, 0x55)]);
+    assert_eq!(image.bytes_in("user").map(|one| (one.addr, one.byte)).collect::<Vec<_>>(), [(6, 0xAB), (7, 0x55)]);
     let mut user = [0xFF; 7];
     image.fill("user", &mut user);
     assert_eq!(user, [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xAB]);
@@ -151,7 +152,12 @@ fn an_image_answers() {
 #[test]
 fn written_text() {
     let bytes: Vec<u8> = (0..20).collect();
-    let text = write_hex(&[(0xFFFE, &[1, 2, 3]), (0x10, &bytes), (0x2_0000, &[]), (0x1000_0000, &[0xFF])]);
+    let text = write_hex(&[
+        HexSegment { addr: 0xFFFE, bytes: &[1, 2, 3] },
+        HexSegment { addr: 0x10, bytes: &bytes },
+        HexSegment { addr: 0x2_0000, bytes: &[] },
+        HexSegment { addr: 0x1000_0000, bytes: &[0xFF] },
+    ]);
     let wanted = "\
 :10001000000102030405060708090A0B0C0D0E0F68
 :040020001011121396
@@ -168,7 +174,7 @@ fn written_text() {
 #[test]
 fn aligned_text() {
     let bytes: Vec<u8> = (0..14).collect();
-    let segments: &[(u32, &[u8])] = &[(0x400E, &[0xF1, 0x3F]), (6, &bytes)];
+    let segments = &[HexSegment { addr: 0x400E, bytes: &[0xF1, 0x3F] }, HexSegment { addr: 6, bytes: &bytes }];
     let wanted = "\
 :0A00060000010203040506070809C3
 :040010000A0B0C0DBE

@@ -3,7 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::image::{ImageSpace, LoadedImage, MAX_REPORTED, WordBits, load, load_hex, write_hex};
+use emu_core::image::{
+    AddressedByte, HexSegment, ImageSpace, LoadedImage, MAX_REPORTED, WordBits, load, load_hex, write_hex,
+};
 use proptest::prelude::*;
 
 use crate::AVR;
@@ -40,14 +42,15 @@ fn stretches(cells: &BTreeMap<u32, u8>) -> Vec<(u32, Vec<u8>)> {
 
 fn write(cells: &BTreeMap<u32, u8>) -> String {
     let stretches = stretches(cells);
-    let mut slices: Vec<(u32, &[u8])> = stretches.iter().map(|(addr, bytes)| (*addr, bytes.as_slice())).collect();
+    let mut slices: Vec<HexSegment> = stretches.iter().map(|(addr, bytes)| HexSegment { addr: *addr, bytes }).collect();
     slices.reverse();
     write_hex(&slices)
 }
 
 fn read(loaded: &LoadedImage) -> BTreeMap<u32, u8> {
-    let in_space =
-        |space: &'static ImageSpace| loaded.image.bytes_in(space.name).map(move |(at, byte)| (space.start + at, byte));
+    let in_space = |space: &'static ImageSpace| {
+        loaded.image.bytes_in(space.name).map(move |AddressedByte { addr: at, byte }| (space.start + at, byte))
+    };
     HEX_MEMORIES.iter().flat_map(in_space).collect()
 }
 

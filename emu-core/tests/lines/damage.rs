@@ -1,6 +1,6 @@
 //! Damaged files give lines or warnings and nothing else, in a short time.
 
-use emu_core::image::{BlockInfo, ElfMachine, FrameView, FunctionInfo, SourceLines, load};
+use emu_core::image::{BlockInfo, ElfMachine, FrameView, FunctionInfo, NumberedType, SourceLines, load};
 use emu_core::rng::Rng;
 
 use crate::elf::build;
@@ -58,7 +58,7 @@ fn ask(bytes: &[u8]) -> (usize, usize) {
     for variable in &info.globals {
         _ = info.locate_bytes(variable, None, &Frame(0));
     }
-    info.types().for_each(|(id, _)| _ = info.size(Some(id)));
+    info.types().for_each(|NumberedType { id, .. }| _ = info.size(Some(id)));
     // The image in the file can still be read, or is rejected.
     _ = load("a.elf", bytes, &[], &[], ElfMachine::AVR);
     (lines.all_lines().len(), lines.warnings().len())

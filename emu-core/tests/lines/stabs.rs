@@ -1,7 +1,7 @@
 //! Stabs: records made for the purpose, and what lines, functions, variables and types are made of them.
 
 use emu_core::image::{
-    BaseEncoding, ByteLocation, CType, DebugInfo, FrameView, SourceLines, StructMember, TypeId, VariableInfo,
+    BaseEncoding, ByteLocation, CType, DebugInfo, FrameView, NumberedType, SourceLines, StructMember, VariableInfo,
 };
 
 use crate::elf::{build, build_with};
@@ -86,14 +86,14 @@ fn places(info: &DebugInfo, variable: &VariableInfo) -> Vec<ByteLocation> {
     info.locate_bytes(variable, info.function_at(0x10), &Frame(0x10))
 }
 
-fn typed<'a>(info: &'a DebugInfo, name: &str) -> (TypeId, &'a CType) {
+fn typed<'a>(info: &'a DebugInfo, name: &str) -> NumberedType<'a> {
     let named = |kind: &CType| match kind {
         CType::Base { name: own, .. } | CType::Named { name: own, .. } => own == name,
         CType::Record { name: Some(own), members, .. } => own == name && !members.is_empty(),
         CType::Enum { name: Some(own), values, .. } => own == name && !values.is_empty(),
         _ => false,
     };
-    info.types().find(|(_, kind)| named(kind)).unwrap_or_else(|| panic!("{name}"))
+    info.types().find(|NumberedType { kind, .. }| named(kind)).unwrap_or_else(|| panic!("{name}"))
 }
 
 const INT: Record<'_> = (LSYM, 0, 0, "int:t(0,1)=r(0,1);-32768;32767;");
@@ -254,7 +254,7 @@ fn types_are_those_of_the_program() {
     let more: [Record<'_>; 1] = [(LSYM, 0, 0, "later:T(0,3)=s2a:(0,1),0,16;;")];
     let lines = read(&[&unit, &[&later[..], &more].concat()], &[]);
     let info = lines.debug_info();
-    let base = |name| match typed(info, name).1 {
+    let base = |name| match typed(info, name).kind {
         CType::Base { bytes, encoding, .. } => (*bytes, *encoding),
         other => panic!("{name}: {other:?}"),
     };
@@ -262,12 +262,14 @@ fn types_are_those_of_the_program() {
     assert_eq!((base("int"), base("char"), base("long int")), ((2, Signed), (1, SignedChar), (4, Signed)));
     assert_eq!((base("unsigned int"), base("long long unsigned int")), ((2, Unsigned), (8, Unsigned)));
     assert_eq!((base("unsigned char"), base("float"), base("_Bool")), ((1, UnsignedChar), (4, Float), (1, Boolean)));
-    let named = |name| match typed(info, name).1 {
+    let named = |name| match typed(info, name).kind {
         CType::Named { of, .. } => *of,
         other => panic!("{name}: {other:?}"),
     };
-    assert_eq!(named("byte"), Some(typed(info, "unsigned char").0));
-    let (node, CType::Record { keyword: "struct", bytes: 9, members, .. }) = typed(info, "node") else {
+    assert_eq!(named("byte"), Some(typed(info, "unsigned char").id));
+    let NumberedType { id: node, kind: CType::Record { keyword: "struct", bytes: 9, members, .. } } =
+        typed(info, "node")
+    else {
         panic!("node")
     };
     let of = |at: usize| info.type_info(members[at].member_type.unwrap());
@@ -277,10 +279,10 @@ fn types_are_those_of_the_program() {
         members.iter().map(bits).collect::<Vec<_>>(),
         [(0, None), (2, Some((0, 3))), (2, Some((3, 5))), (3, None)]
     );
-    let char = Some(typed(info, "char").0);
+    let char = Some(typed(info, "char").id);
     assert_eq!(of(3), Some(&CType::Array { of: char, counts: vec![Some(2), Some(3)] }));
     assert_eq!((info.size(Some(node)), info.size(members[3].member_type)), (Some(9), Some(6)));
-    let CType::Enum { bytes: 2, values, .. } = typed(info, "kind").1 else { panic!("kind") };
+    let CType::Enum { bytes: 2, values, .. } = typed(info, "kind").kind else { panic!("kind") };
     assert_eq!(values, &[("TEA".to_owned(), 0), ("BREAD".to_owned(), -4)]);
     // A pointer to a function that returns nothing.
     let Some(CType::Pointer { to: Some(to), .. }) = named("step").and_then(|of| info.type_info(of)) else {
@@ -294,7 +296,7 @@ fn types_are_those_of_the_program() {
         matches!(info.type_info(to.unwrap()), Some(CType::Record { keyword: "struct", members, .. }) if members.len() == 1)
     );
     let of = named("port").and_then(|of| info.type_info(of));
-    assert_eq!(of, Some(&CType::Qualified { word: "volatile", of: Some(typed(info, "unsigned char").0) }));
+    assert_eq!(of, Some(&CType::Qualified { word: "volatile", of: Some(typed(info, "unsigned char").id) }));
 }
 
 /// A header of two units is defined in the first one; a number counts within its header.
@@ -347,5 +349,5 @@ fn reading_always_ends() {
         (LSYM, 0, 0, "d:t(9,9)=*(9,9)"),
     ];
     let lines = read(&[&circles], &[]);
-    lines.debug_info().types().for_each(|(id, _)| _ = lines.debug_info().size(Some(id)));
+    lines.debug_info().types().for_each(|NumberedType { id, .. }| _ = lines.debug_info().size(Some(id)));
 }

@@ -91,7 +91,7 @@ pub fn parse_command(text: &str) -> Result<CodCommand, CodError> {
     if let Some(data) = data(&mut reader)? {
         return Ok(CodCommand::Stimulus(data));
     }
-    if let Some((name, value)) = register(text) {
+    if let Some(RegisterAssignment { register: name, value }) = register(text) {
         return Ok(CodCommand::Assign { name: name.to_owned(), value: whole(CodTextReader::new(value))? });
     }
     let first = reader.name().ok_or_else(|| CodError::UnknownCommand { text: text.to_owned() })?;
@@ -157,11 +157,20 @@ pub fn parse_command(text: &str) -> Result<CodCommand, CodError> {
     }
 }
 
+/// The parts of `reg(ADDRESS) = VALUE`.
+#[derive(Debug, Clone, Copy)]
+struct RegisterAssignment<'a> {
+    /// The register, with its parentheses.
+    register: &'a str,
+    /// The text after the equals sign.
+    value: &'a str,
+}
+
 /// Splits `reg(ADDRESS) = VALUE` into the register and the value.
-fn register(text: &str) -> Option<(&str, &str)> {
+fn register(text: &str) -> Option<RegisterAssignment<'_>> {
     let (name, value) = text.split_once('=').filter(|(_, value)| !value.starts_with('='))?;
     let name = name.trim_end();
-    (address(name).is_some()).then_some((name, value))
+    (address(name).is_some()).then_some(RegisterAssignment { register: name, value })
 }
 
 /// Returns the address of `reg(ADDRESS)`.

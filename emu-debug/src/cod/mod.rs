@@ -40,6 +40,6 @@ mod wiring;
 mod tests;
 
 pub use error::CodError;
-pub use run::{CodOutcome, CodRunLimits, CodVerdict, run_script};
+pub use run::{CodOutcome, CodRunLimits, CodVerdict, NamedText, run_script};
 pub use script::{CodRefusal, CodScript};
 pub use wiring::SetAnalogInput;

@@ -37,7 +37,7 @@ pub enum CodVerdict {
         /// Its text.
         text: String,
         /// The assertion that failed, if the message was one, and the values of its names.
-        failed_assertion: Option<(String, Vec<(String, String)>)>,
+        failed_assertion: Option<(String, Vec<NamedText>)>,
         /// Program word address.
         pc: u32,
         /// Machine cycle.
@@ -129,6 +129,15 @@ struct CodRun<'n> {
     /// Levels of the pins, edge by edge.
     pin_levels: Vec<PinLevel>,
     checked: u64,
+}
+
+/// A name in an expression with its current value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedText {
+    /// The name.
+    pub name: String,
+    /// The value as text.
+    pub value: String,
 }
 
 impl CodRun<'_> {
@@ -306,9 +315,9 @@ impl CodRun<'_> {
     }
 
     /// Returns the names in an expression with their current values.
-    fn values<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Vec<(String, String)> {
+    fn values<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Vec<NamedText> {
         let value = |name: &str| self.circuit.eval(&CodExpression::Name(name.to_owned()), cpu);
-        let named = |name: &str| Some((name.to_owned(), value(name).ok()?.to_string()));
+        let named = |name: &str| Some(NamedText { name: name.to_owned(), value: value(name).ok()?.to_string() });
         expr.names().into_iter().filter_map(named).collect()
     }
 

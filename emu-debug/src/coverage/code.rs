@@ -1,7 +1,7 @@
 //! Program memory as instructions.
 
 use emu_core::chip::Chip;
-use emu_core::image::Image;
+use emu_core::image::{AddressedByte, Image};
 use emu_core::table::{DisassembledInstruction, FlowKind};
 
 /// Number of consecutive erased bytes that do not count as program.
@@ -71,7 +71,7 @@ fn words(chip: &Chip, image: &Image) -> Vec<Option<u16>> {
     let size = chip.word_bytes.max(1);
     let end = image.end(chip.code_space).min(chip.flash_bytes).div_ceil(size);
     let mut words: Vec<Option<u16>> = vec![None; end as usize];
-    for (addr, byte) in image.bytes_in(chip.code_space) {
+    for AddressedByte { addr, byte } in image.bytes_in(chip.code_space) {
         if let Some(word) = words.get_mut((addr / size) as usize) {
             let shift = 8 * (addr % size);
             let mask = if size == 1 { 0xFF } else { 0xFFu16 << shift };

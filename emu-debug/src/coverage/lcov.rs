@@ -90,9 +90,17 @@ pub(crate) fn function_names<'a>(source: &ProgramSource<'a>) -> BTreeMap<u32, &'
     sized.map(|symbol| (symbol.addr / chip.word_bytes.max(1), symbol.name.as_str())).collect()
 }
 
+/// A listing and its coverage record.
+pub struct ListingWithRecord {
+    /// The listing, with one line for each instruction.
+    pub listing: String,
+    /// The coverage of its lines.
+    pub record: LcovRecord,
+}
+
 /// Returns a listing with one line per instruction, and its record as a file of this name.
 #[must_use]
-pub fn listing_record(reached: &[CoveredInstruction], source: &ProgramSource<'_>, file: &str) -> (String, LcovRecord) {
+pub fn listing_record(reached: &[CoveredInstruction], source: &ProgramSource<'_>, file: &str) -> ListingWithRecord {
     let (mut text, mut record) = (String::new(), LcovRecord::new(file));
     let mut line = 0;
     let mut row = |text: &mut String, words: String| {
@@ -112,7 +120,7 @@ pub fn listing_record(reached: &[CoveredInstruction], source: &ProgramSource<'_>
         let line = row(&mut text, format!("  0x{:04x}  {}", chip.code_address(pc), one.instruction.text));
         record.add_instruction(line, one);
     }
-    (text, record)
+    ListingWithRecord { listing: text, record }
 }
 
 /// Returns the tracefile.

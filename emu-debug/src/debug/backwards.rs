@@ -37,6 +37,23 @@ pub struct PassedPosition<'a> {
     pub from_word: u32,
 }
 
+/// The last time at which something was accessed or changed.
+#[derive(Debug, Clone, Copy)]
+pub struct EarlierHit {
+    /// The cycle after the instruction.
+    pub cycle: u64,
+    /// What was accessed.
+    pub hit: PointHit,
+}
+
+/// The last earlier position at which points would have stopped a run.
+struct EarlierStop {
+    /// A copy of the machine at this position.
+    replay: MachineWithFollower,
+    /// The points that were hit there.
+    hits: Vec<PointHit>,
+}
+
 impl DebugSession {
     /// Goes `n` steps back, or to the beginning of the history. From within a step, the first step back leads
     /// to the start of that step; the same number of steps forward right afterwards returns to the original
@@ -151,7 +168,7 @@ impl DebugSession {
         let points = self.points.clone();
         match self.last_hit(&points, false, keep_running) {
             Err(why) => why,
-            Ok(Some((replay, hits))) => {
+            Ok(Some(EarlierStop { replay, hits })) => {
                 self.move_to(replay);
                 self.points.note_stops(hits.iter().map(|hit| hit.id));
                 SessionStopReason::Points(hits)
@@ -204,11 +221,12 @@ impl DebugSession {
         &mut self,
         wanted: PointTrigger,
         keep_running: KeepRunning<'_>,
-    ) -> Result<Option<(u64, PointHit)>, SessionStopReason> {
+    ) -> Result<Option<EarlierHit>, SessionStopReason> {
         let mut points = DebugPoints::default();
         points.add(wanted, "", false);
         let found = self.last_hit(&points, true, keep_running)?;
-        Ok(found.and_then(|(replay, hits)| Some((replay.cycle(), *hits.first()?))))
+        Ok(found
+            .and_then(|EarlierStop { replay, hits }| Some(EarlierHit { cycle: replay.cycle(), hit: *hits.first()? })))
     }
 
     /// Returns the value of a place at a cycle, after the user's actions at that cycle. The machine does not
@@ -303,7 +321,7 @@ impl DebugSession {
 
     fn call_flow_on(&self, replay: &MachineWithFollower, pc: u32) -> CallFlow {
         let chip = self.scope.chip();
-        super::call_flow(chip, |word| super::session::program_word_at(&*replay.machine, word), pc).0
+        super::call_flow(chip, |word| super::session::program_word_at(&*replay.machine, word), pc).flow
     }
 
     /// Returns the last earlier position at which breakpoints and watchpoints would have stopped a run, and
@@ -315,7 +333,7 @@ impl DebugSession {
         points: &DebugPoints,
         here_too: bool,
         keep_running: KeepRunning<'_>,
-    ) -> Result<Option<(MachineWithFollower, Vec<PointHit>)>, SessionStopReason> {
+    ) -> Result<Option<EarlierStop>, SessionStopReason> {
         let now = self.current.cycle();
         let mut end = now;
         let starts: Vec<u64> = self.history.copies_before(now).map(MachineWithFollower::cycle).collect();
@@ -346,7 +364,7 @@ impl DebugSession {
                         seen < nth && replay.cycle() <= at
                     })?;
                     if let Some(replay) = replay.filter(|_| seen == nth) {
-                        return Ok(Some((replay, hit)));
+                        return Ok(Some(EarlierStop { replay, hits: hit }));
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! C objects: variables, pointer targets, members, elements; and values with a C type.
 
-mod assignment;
+pub(in crate::debug) mod assignment;
 mod byte_locations;
 
 use std::ops::Range;
@@ -40,6 +40,7 @@ enum ObjectBase {
 /// A C object, or a value with a type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ObjectExpr {
+    /// The call stack of the program, which has the debugging information.
     pub(super) calls: CallStack,
     base: ObjectBase,
     /// Its type.
@@ -420,6 +421,7 @@ impl ObjectExpr {
         }
     }
 
+    /// Returns whether a number of this type can be negative.
     pub(super) fn is_signed(&self) -> bool {
         match self.resolved_type() {
             Some(CType::Base { encoding, .. }) => matches!(encoding, BaseEncoding::Signed | BaseEncoding::SignedChar),

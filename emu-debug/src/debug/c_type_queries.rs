@@ -27,11 +27,20 @@ impl CTypeRef {
 /// Size of a pointer in bytes (AVR-GCC).
 const POINTER_BYTES: u32 = 2;
 
+/// The type of an array.
+#[derive(Debug, Clone, Copy)]
+pub struct ArrayShape<'a> {
+    /// The type of an element; None for void.
+    pub element: Option<TypeId>,
+    /// The number of elements of each dimension, if it is known.
+    pub counts: &'a [Option<u32>],
+}
+
 /// Queries on types.
 pub(super) trait CTypeQueries {
     fn resolve_type(&self, kind: CTypeRef) -> Option<&CType>;
     fn size_of(&self, kind: CTypeRef) -> Option<u32>;
-    fn array(&self, kind: CTypeRef) -> Option<(Option<TypeId>, &[Option<u32>])>;
+    fn array(&self, kind: CTypeRef) -> Option<ArrayShape<'_>>;
     fn element_type(&self, kind: CTypeRef) -> Option<CTypeRef>;
     fn member(&self, record: Option<TypeId>, name: &str, depth: u32) -> Option<FoundMember>;
     fn member_names(&self, record: Option<TypeId>) -> Vec<&str>;
@@ -59,21 +68,25 @@ impl CTypeQueries for DebugInfo {
             return Some(POINTER_BYTES + u32::from(kind.memory == Some(Mcs51Memory::POINTER)));
         }
         match self.array(kind) {
-            Some((of, counts)) => counts.iter().try_fold(self.size(of)?, |size, count| size.checked_mul((*count)?)),
+            Some(ArrayShape { element: of, counts }) => {
+                counts.iter().try_fold(self.size(of)?, |size, count| size.checked_mul((*count)?))
+            }
             None => self.size(kind.id),
         }
     }
 
     /// Returns the element type of an array, and its element counts by dimension.
-    fn array(&self, kind: CTypeRef) -> Option<(Option<TypeId>, &[Option<u32>])> {
+    fn array(&self, kind: CTypeRef) -> Option<ArrayShape<'_>> {
         match self.resolve_type(kind)? {
-            CType::Array { of, counts } => Some((*of, counts.get(kind.indexed_dimensions..)?)),
+            CType::Array { of, counts } => {
+                Some(ArrayShape { element: *of, counts: counts.get(kind.indexed_dimensions..)? })
+            }
             _ => None,
         }
     }
 
     fn element_type(&self, kind: CTypeRef) -> Option<CTypeRef> {
-        let (of, counts) = self.array(kind)?;
+        let ArrayShape { element: of, counts } = self.array(kind)?;
         Some(if counts.len() > 1 {
             CTypeRef { indexed_dimensions: kind.indexed_dimensions + 1, ..kind }
         } else {

@@ -1,6 +1,7 @@
 //! C types as text in the notation of gdb.
 
-use emu_core::image::{CType, DebugInfo, TypeId};
+use crate::debug::c_type_queries::ArrayShape;
+use emu_core::image::{CType, DebugInfo, NumberedType, TypeId};
 
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 
@@ -34,11 +35,11 @@ fn of_kind(info: &DebugInfo, kind: CTypeRef, inner: &str, style: Style) -> Strin
         return of_kind(info, pointed, &if own { format!("(*{inner})") } else { format!("*{inner}") }, style);
     }
     if kind.indexed_dimensions > 0
-        && let Some((of, counts)) = info.array(kind)
+        && let Some(ArrayShape { element: of, counts }) = info.array(kind)
     {
-        return of_type(info, of, &format!("{inner}{}", dimensions(counts)), (style, MAX_DEPTH));
+        return of_type(info, of, &format!("{inner}{}", dimensions(counts)), style, MAX_DEPTH);
     }
-    of_type(info, kind.id, inner, (style, MAX_DEPTH))
+    of_type(info, kind.id, inner, style, MAX_DEPTH)
 }
 
 /// Returns true if it prints as an array or a function and not as a name: a pointer to it needs parentheses.
@@ -55,9 +56,9 @@ fn joined(word: &str, inner: &str) -> String {
     if inner.is_empty() { word.to_owned() } else { format!("{word} {inner}") }
 }
 
-fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (Style, u32)) -> String {
+fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, style: Style, depth: u32) -> String {
     let Some(kind) = id.and_then(|id| info.type_info(id)).filter(|_| depth > 0) else { return joined("void", inner) };
-    let below = |id, inner: &str| of_type(info, id, inner, (style, depth - 1));
+    let below = |id, inner: &str| of_type(info, id, inner, style, depth - 1);
     match kind {
         CType::Named { of, .. } if style == Style::Whole => below(*of, inner),
         CType::Base { name, .. } => joined(short_name(name), inner),
@@ -87,7 +88,7 @@ fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (S
         CType::Array { of, counts } => below(*of, &format!("{inner}{}", dimensions(counts))),
         CType::Function { result, parameters, prototyped } => {
             // Parameters keep their type names.
-            let own = |of: &Option<TypeId>| of_type(info, *of, "", (Style::AddressNames, depth - 1));
+            let own = |of: &Option<TypeId>| of_type(info, *of, "", Style::AddressNames, depth - 1);
             let list: Vec<String> = parameters.iter().map(own).collect();
             let list = if list.is_empty() && *prototyped { "void".to_owned() } else { list.join(", ") };
             below(*result, &format!("{inner}({list})"))
@@ -134,7 +135,8 @@ fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
                         info,
                         member.member_type,
                         name.as_deref().unwrap_or_default(),
-                        (Style::AddressNames, MAX_DEPTH),
+                        Style::AddressNames,
+                        MAX_DEPTH,
                     ),
                 };
                 let bits = member.bit_range.map_or(String::new(), |bits| format!(" : {}", bits.size));
@@ -160,12 +162,21 @@ fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
     }
 }
 
+/// An enumeration constant.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TypedEnumerator {
+    /// The value.
+    pub(super) value: i64,
+    /// The enumeration.
+    pub(super) kind: CTypeRef,
+}
+
 /// Returns the value and the type of the enumeration constant with this name.
-pub(super) fn find_enumerator(info: &DebugInfo, wanted: &str) -> Option<(i64, CTypeRef)> {
-    info.types().find_map(|(id, kind)| match kind {
+pub(super) fn find_enumerator(info: &DebugInfo, wanted: &str) -> Option<TypedEnumerator> {
+    info.types().find_map(|NumberedType { id, kind }| match kind {
         CType::Enum { values, .. } => {
             let (_, value) = values.iter().find(|(name, _)| name == wanted)?;
-            Some((*value, CTypeRef::new(Some(id))))
+            Some(TypedEnumerator { value: *value, kind: CTypeRef::new(Some(id)) })
         }
         _ => None,
     })
@@ -197,9 +208,9 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
         _ => false,
     };
     // Start-up code has types with the same names as those of headers.
-    let found = || info.types().filter(|(_, kind)| is(kind));
-    let find_type = found().find(|(_, kind)| matches!(kind, CType::Named { .. }));
-    let found = find_type.or_else(|| found().next()).map(|(id, _)| id);
+    let found = || info.types().filter(|NumberedType { kind, .. }| is(kind));
+    let find_type = found().find(|NumberedType { kind, .. }| matches!(kind, CType::Named { .. }));
+    let found = find_type.or_else(|| found().next()).map(|NumberedType { id, .. }| id);
     // Type names that the debugger also defines: `unsigned long` is the compiler's `long unsigned int`.
     let own = DebugInfo::builtin_type(&words.join(" "));
     let own = own.filter(|own| found.is_none_or(|found| info.size(Some(found)) == info.size(Some(*own))));
@@ -214,9 +225,9 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
     let found = qualifier
         .and_then(|word| {
             info.types()
-                .find(|(_, kind)| matches!(kind, CType::Qualified { word: own, of } if *own == word && same(of)))
+                .find(|NumberedType { kind, .. }| matches!(kind, CType::Qualified { word: own, of } if *own == word && same(of)))
         })
-        .map_or(found, |(id, _)| id);
+        .map_or(found, |NumberedType { id, .. }| id);
     Some(CTypeRef { id: Some(found), pointer_depth: stars, ..CTypeRef::default() })
 }
 

@@ -1,6 +1,7 @@
 //! C values as text in the notation of gdb.
 
-use emu_core::image::{BaseEncoding, BitRange, CType, DebugInfo, Mcs51Memory};
+use crate::debug::c_type_queries::ArrayShape;
+use emu_core::image::{BaseEncoding, BitRange, CType, DebugInfo, Mcs51Memory, SpaceAddress};
 
 use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
 use super::c_strings::{REPEAT_THRESHOLD, collapse_repeats, text};
@@ -24,6 +25,23 @@ struct CValueFormatter<'a> {
     info: &'a DebugInfo,
     machine: &'a dyn DynMachine,
     letter: Option<char>,
+}
+
+/// The value of a parameter when its function was called.
+#[derive(Debug, Clone)]
+pub struct ValueAtCall {
+    /// The value as text.
+    pub text: String,
+    /// Whether the parameter has the same value now.
+    pub unchanged: bool,
+}
+
+/// An object with its name.
+pub struct NamedObject {
+    /// The name of the variable, member or element.
+    pub name: String,
+    /// The object.
+    pub object: ObjectExpr,
 }
 
 impl ObjectExpr {
@@ -112,12 +130,15 @@ impl ObjectExpr {
     /// Returns the value of a parameter when its function was called, and whether it is the same now; `None`
     /// if the debugging information does not describe it.
     #[must_use]
-    pub fn text_at_call(&self, scope: &NameScope, machine: &dyn DynMachine) -> Option<(String, bool)> {
+    pub fn text_at_call(&self, scope: &NameScope, machine: &dyn DynMachine) -> Option<ValueAtCall> {
         let bytes = self.bytes_at_call(machine)?;
         let shown = CValueFormatter { scope, info: self.info(), machine, letter: None };
         let present: Option<Vec<u8>> = self.byte_locations(machine).iter().map(|cell| cell.value(machine)).collect();
         let cells: Vec<ObjectByteLocation> = bytes.iter().map(|byte| ObjectByteLocation::Value(*byte)).collect();
-        Some((shown.value(self.ctype, None, &cells, MAX_DEPTH), present.is_some_and(|present| present == bytes)))
+        Some(ValueAtCall {
+            text: shown.value(self.ctype, None, &cells, MAX_DEPTH),
+            unchanged: present.is_some_and(|present| present == bytes),
+        })
     }
 
     /// Returns true if it has no parts.
@@ -151,12 +172,16 @@ impl ObjectExpr {
     /// Returns the named parts of a struct, union or array, or the target of a pointer; empty for other
     /// types.
     #[must_use]
-    pub fn parts(&self) -> Vec<(String, ObjectExpr)> {
-        let member = |name: &str| Some((name.to_owned(), self.member(name).ok()?));
-        if let Some((_, counts)) = self.info().array(self.ctype) {
+    pub fn parts(&self) -> Vec<NamedObject> {
+        let member = |name: &str| Some(NamedObject { name: name.to_owned(), object: self.member(name).ok()? });
+        if let Some(ArrayShape { counts, .. }) = self.info().array(self.ctype) {
             let count = counts.first().copied().flatten().unwrap_or(0).min(MAX_ELEMENTS as u32);
-            let element =
-                |n: u32| Some((format!("[{n}]"), self.element(super::DebugExpression::Number(n.into())).ok()?));
+            let element = |n: u32| {
+                Some(NamedObject {
+                    name: format!("[{n}]"),
+                    object: self.element(super::DebugExpression::Number(n.into())).ok()?,
+                })
+            };
             return (0..count).filter_map(element).collect();
         }
         match self.resolved_type() {
@@ -171,7 +196,7 @@ impl ObjectExpr {
                 Some(kind) if self.info().size_of(kind).is_some_and(|size| size > 0) => self
                     .element(super::DebugExpression::Number(0))
                     .ok()
-                    .map(|of| ("*".to_owned(), of))
+                    .map(|object| NamedObject { name: "*".to_owned(), object })
                     .into_iter()
                     .collect(),
                 _ => Vec::new(),
@@ -191,7 +216,7 @@ impl CValueFormatter<'_> {
         if !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway) {
             return "<optimized out>".to_owned();
         }
-        if let Some((_, counts)) = self.info.array(kind) {
+        if let Some(ArrayShape { counts, .. }) = self.info.array(kind) {
             return self.array(kind, counts.first().copied().flatten(), cells, depth);
         }
         if let Some(CType::Record { members, .. }) = self.info.resolve_type(kind) {
@@ -321,7 +346,7 @@ impl CValueFormatter<'_> {
             Some(CType::Base { bytes: 1, encoding: BaseEncoding::SignedChar | BaseEncoding::UnsignedChar, .. })
                 if value != 0 =>
             {
-                let (space, start) = self.pointed_memory(value, base);
+                let SpaceAddress { space, addr: start } = self.pointed_memory(value, base);
                 let mut found = Vec::new();
                 while let Some(byte) = self.machine.peek(space, start.saturating_add(found.len() as u32)) {
                     if byte == 0 || found.len() >= self.most() {
@@ -361,17 +386,17 @@ impl CValueFormatter<'_> {
     }
 
     /// Returns the memory that a pointer points to, and the address there.
-    fn pointed_memory(&self, value: i64, base: Option<u32>) -> (&'static str, u32) {
+    fn pointed_memory(&self, value: i64, base: Option<u32>) -> SpaceAddress {
         let addr = u32::try_from(value).unwrap_or(u32::MAX);
         match base {
             Some(base) => Mcs51Memory::split(addr.saturating_add(base)),
-            None => (self.scope.chip().ram_space, addr),
+            None => SpaceAddress { space: self.scope.chip().ram_space, addr },
         }
     }
 
     fn object(&self, value: i64, base: Option<u32>) -> String {
         let names = self.scope.source().names;
-        let (space, addr) = self.pointed_memory(value, base);
+        let SpaceAddress { space, addr } = self.pointed_memory(value, base);
         let name = if value == 0 { None } else { names.containing_symbol(space, addr) };
         name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)))
     }

@@ -13,10 +13,19 @@ pub enum CallFlow {
     Return,
 }
 
+/// What an instruction does to the call stack.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InstructionFlow {
+    /// The effect on the call stack.
+    pub flow: CallFlow,
+    /// The length of the instruction in program words.
+    pub words: u32,
+}
+
 /// Returns what the instruction at a program word does to the call stack, and its length in program words.
 /// `word` reads program memory.
 #[must_use]
-pub fn call_flow(chip: &Chip, word: impl Fn(u32) -> u16, pc: u32) -> (CallFlow, u32) {
+pub fn call_flow(chip: &Chip, word: impl Fn(u32) -> u16, pc: u32) -> InstructionFlow {
     let line = (chip.isa.disassemble)(&[word(pc), word(pc + 1), word(pc + 2)], pc);
     let mnemonic = line.row.and_then(|row| chip.isa.rows.get(row)).map_or("", |row| row.mnemonic);
     // Compilers call the next instruction to allocate space on the stack.
@@ -29,5 +38,5 @@ pub fn call_flow(chip: &Chip, word: impl Fn(u32) -> u16, pc: u32) -> (CallFlow, 
         () if is(family.returns) => CallFlow::Return,
         () => CallFlow::Plain,
     };
-    (flow, line.len as u32)
+    InstructionFlow { flow, words: line.len as u32 }
 }

@@ -4,11 +4,14 @@
 //! (`.debug_frame`) holds between the prologue and the epilogue. If there is none, or if it does not lead to
 //! a call, the stack is searched for the return address, and the prologue shows what was pushed below it.
 
+use crate::debug::InstructionFlow;
 use std::ops::Range;
 use std::sync::Arc;
 
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::image::{AVR_DATA, BlockInfo, DebugInfo, FrameView, Mcs51Memory, TypeId, UnwoundFrame, VariableInfo};
+use emu_core::image::{
+    AVR_DATA, BlockInfo, DebugInfo, FrameView, Mcs51Memory, SpaceAddress, TypeId, UnwoundFrame, VariableInfo,
+};
 
 use super::c_objects::ObjectExpr;
 use super::c_type_queries::CTypeRef;
@@ -56,7 +59,7 @@ pub struct CallStack {
     /// Functions, variables and types.
     pub info: Arc<DebugInfo>,
     /// Program words and names of the functions.
-    functions: Arc<Vec<(Range<u32>, String)>>,
+    functions: Arc<Vec<NamedFunction>>,
 }
 
 impl PartialEq for CallStack {
@@ -94,7 +97,7 @@ impl FrameView for MachineFrame<'_> {
     }
 
     fn memory(&self, address: u32) -> Option<u8> {
-        let (space, addr) = memory_at(self.machine.chip(), address)?;
+        let SpaceAddress { space, addr } = memory_at(self.machine.chip(), address)?;
         self.machine.peek(space, addr)
     }
 
@@ -135,21 +138,23 @@ impl FrameView for CalledFrame<'_> {
 }
 
 /// Returns the memory and the address there of an address of an ELF file.
-pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)> {
+pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<SpaceAddress> {
     match address.checked_sub(AVR_DATA) {
         _ if chip.family == ChipFamily::Mcs51 => Some(Mcs51Memory::split(address)),
-        Some(addr) if chip.family == ChipFamily::Avr && addr < 0x1_0000 => Some((chip.ram_space, addr)),
+        Some(addr) if chip.family == ChipFamily::Avr && addr < 0x1_0000 => {
+            Some(SpaceAddress { space: chip.ram_space, addr })
+        }
         _ => {
             let window =
                 chip.elf_spaces.iter().find(|space| (space.start..space.start + space.len).contains(&address))?;
-            Some((window.name, address - window.start))
+            Some(SpaceAddress { space: window.name, addr: address - window.start })
         }
     }
 }
 
 /// Returns the memory and the address there of an address that only ELF files use: 0x800100 is in the data
 /// memory of the AVR.
-pub(super) fn linked_memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)> {
+pub(super) fn linked_memory_at(chip: &Chip, address: u32) -> Option<SpaceAddress> {
     memory_at(chip, address).filter(|_| chip.family == ChipFamily::Avr && address >= AVR_DATA)
 }
 
@@ -162,17 +167,44 @@ struct FrameUnwinding {
     undescribed: u32,
 }
 
+/// A function of a program.
+#[derive(Debug, Clone)]
+pub struct NamedFunction {
+    /// The program words of the function.
+    pub words: Range<u32>,
+    /// The name.
+    pub name: String,
+}
+
+/// The function of a frame.
+#[derive(Debug, Clone)]
+pub struct FrameName<'a> {
+    /// The name of the function.
+    pub function: &'a str,
+    /// The file and line of the call, if the function was inlined.
+    pub call: Option<&'a (String, u32)>,
+}
+
+/// The code that a service routine has interrupted.
+#[derive(Debug, Clone, Copy)]
+struct InterruptedCode {
+    /// The program word to return to.
+    pc: u32,
+    /// The stack pointer there.
+    sp: u32,
+}
+
 impl CallStack {
     /// Returns the call stack of a program; `functions` gives program words and names of its functions.
     #[must_use]
-    pub fn new(info: Arc<DebugInfo>, functions: Vec<(Range<u32>, String)>) -> CallStack {
+    pub fn new(info: Arc<DebugInfo>, functions: Vec<NamedFunction>) -> CallStack {
         CallStack { info, functions: Arc::new(functions) }
     }
 
     /// Returns words and name of the function at a program word.
     #[must_use]
-    pub fn function(&self, word: u32) -> Option<&(Range<u32>, String)> {
-        self.functions.iter().filter(|(words, _)| words.contains(&word)).max_by_key(|(words, _)| words.start)
+    pub fn function(&self, word: u32) -> Option<&NamedFunction> {
+        self.functions.iter().filter(|one| one.words.contains(&word)).max_by_key(|one| one.words.start)
     }
 
     /// Returns the result of a function that has just returned: a number of up to eight bytes, in r25
@@ -257,13 +289,13 @@ impl CallStack {
 
     /// Returns the function name of a frame; if the function was inlined, also file and line of its call.
     #[must_use]
-    pub fn frame_name(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<(&str, Option<&(String, u32)>)> {
+    pub fn frame_name(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<FrameName<'_>> {
         let byte = MachineFrame { machine, frame }.pc_byte();
         let (function, inlined) = (self.info.function_at(byte)?, self.inlined(byte));
         let name =
             inlined.get(frame.inlined_skipped).and_then(|block| block.inlined.as_deref()).unwrap_or(&function.name);
         let call = frame.inlined_skipped.checked_sub(1).and_then(|at| inlined.get(at)).map(|block| &block.call_site);
-        Some((name, call))
+        Some(FrameName { function: name, call })
     }
 
     fn innermost_frame(&self, machine: &dyn DynMachine) -> CallFrame {
@@ -290,12 +322,12 @@ impl CallStack {
         match machine.chip().family {
             ChipFamily::Avr => {
                 // The caller is start-up code.
-                if self.function(frame.call_word).is_some_and(|(_, name)| name == "main") {
+                if self.function(frame.call_word).is_some_and(|NamedFunction { name, .. }| name == "main") {
                     return None;
                 }
                 let FrameUnwinding { unwound, word, undescribed } = self.unwind_frame(machine, frame)?;
                 // The code that a service routine has interrupted is not a call.
-                let at = call(word).filter(|_| !self.is_service(frame)).map_or(word, |(at, _)| at);
+                let at = call(word).filter(|_| !self.is_service(frame)).map_or(word, |CallInstruction { at, .. }| at);
                 let mut next = outer((at, word), unwound.cfa.saturating_add(undescribed));
                 for (register, addr) in unwound.saved {
                     // r1 and r0 are pushed before the flags.
@@ -307,7 +339,7 @@ impl CallStack {
                 next.cfa = self.unwind_frame(machine, &next).map(|unwinding| unwinding.unwound.cfa);
                 Some(next)
             }
-            ChipFamily::Mcs51 if let Some((word, sp)) = self.interrupted_code(machine, frame) => {
+            ChipFamily::Mcs51 if let Some(InterruptedCode { pc: word, sp }) = self.interrupted_code(machine, frame) => {
                 Some(outer((word, word), sp))
             }
             ChipFamily::Mcs51 => {
@@ -319,7 +351,7 @@ impl CallStack {
             }
             ChipFamily::Pic16 => {
                 let stack = machine.return_stack().into_iter().take(machine.stack_depth() as usize);
-                let mut calls = stack.filter_map(|word| Some((call(word)?.0, word)));
+                let mut calls = stack.filter_map(|word| Some((call(word)?.at, word)));
                 Some(outer(calls.nth(level)?, 0))
             }
             ChipFamily::Ap101 => None,
@@ -329,7 +361,7 @@ impl CallStack {
     /// Returns the program word that a service routine of an 8051 has interrupted, and the stack pointer
     /// there; `None` if the frame is in no such routine. A vector of SDCC jumps to its routine, which begins
     /// with all its pushes and ends with their pops and RETI.
-    fn interrupted_code(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<(u32, u32)> {
+    fn interrupted_code(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Option<InterruptedCode> {
         const LJMP: u16 = 0x02;
         const RETI: u16 = 0x32;
         const PUSH: u16 = 0xC0;
@@ -337,7 +369,7 @@ impl CallStack {
         let chip = machine.chip();
         let code = |at: u32| session::program_word_at(machine, at);
         // Start-up code of SDCC at the first vector jumps to `main`.
-        let start = self.function(frame.call_word).filter(|(_, name)| name != "main")?.0.start;
+        let start = self.function(frame.call_word).filter(|NamedFunction { name, .. }| name != "main")?.words.start;
         let mut vectors = (1..chip.vectors.len() as u32)
             .map(|n| (n * chip.words_per_vector).saturating_sub(chip.later_vectors_back_words));
         vectors.find(|at| {
@@ -357,13 +389,13 @@ impl CallStack {
         let peek = |at: u32| machine.peek(chip.ram_space, at).map(u32::from);
         let high = frame.sp.checked_sub(pushed)?;
         let low = high.checked_sub(1)?;
-        Some((peek(high)? << 8 | peek(low)?, low.saturating_sub(1)))
+        Some(InterruptedCode { pc: peek(high)? << 8 | peek(low)?, sp: low.saturating_sub(1) })
     }
 
     /// Returns the call before a return address, if it can have led to the frame.
     fn call_site(&self, machine: &dyn DynMachine, frame: &CallFrame, word: u32) -> Option<u32> {
-        let (at, goal) = call_before(machine, word)?;
-        let begins = self.function(frame.call_word).map(|(words, _)| words.start);
+        let CallInstruction { at, goal } = call_before(machine, word)?;
+        let begins = self.function(frame.call_word).map(|NamedFunction { words, .. }| words.start);
         (goal.is_none() || begins.is_none() || goal == begins).then_some(at)
     }
 
@@ -390,7 +422,7 @@ impl CallStack {
                 let fits = if exact {
                     self.call_site(machine, frame, word)
                 } else {
-                    call_before(machine, word).map(|call| call.0)
+                    call_before(machine, word).map(|call| call.at)
                 };
                 fits.map(|_| (low, word))
             })
@@ -413,7 +445,7 @@ impl CallStack {
     }
 
     fn is_service(&self, frame: &CallFrame) -> bool {
-        self.function(frame.call_word).is_some_and(|(_, name)| name.starts_with("__vector_"))
+        self.function(frame.call_word).is_some_and(|NamedFunction { name, .. }| name.starts_with("__vector_"))
     }
 
     /// Returns the number of bytes that a service routine has pushed and that `.debug_frame` does not
@@ -432,7 +464,7 @@ impl CallStack {
 
     /// Returns the registers that the prologue of a function has pushed before the frame's location.
     fn pushed_registers(&self, machine: &dyn DynMachine, frame: &CallFrame) -> Vec<u16> {
-        let Some((words, _)) = self.function(frame.call_word) else { return Vec::new() };
+        let Some(NamedFunction { words, .. }) = self.function(frame.call_word) else { return Vec::new() };
         let (mut found, mut word) = (Vec::new(), words.start);
         while word < frame.call_word.min(words.start.saturating_add(MAX_PROLOGUE)) {
             // PUSH; between pushes a service routine has IN or LDS, of two words, and CLR.
@@ -448,8 +480,17 @@ impl CallStack {
     }
 }
 
+/// A call in a program.
+#[derive(Debug, Clone, Copy)]
+struct CallInstruction {
+    /// The program word of the call.
+    at: u32,
+    /// Its destination, if the instruction contains it.
+    goal: Option<u32>,
+}
+
 /// Returns the call directly before a program word, and its destination, if the instruction contains it.
-fn call_before(machine: &dyn DynMachine, word: u32) -> Option<(u32, Option<u32>)> {
+fn call_before(machine: &dyn DynMachine, word: u32) -> Option<CallInstruction> {
     const LONGEST: u32 = 3;
     let chip = machine.chip();
     if word >= chip.flash_bytes / chip.word_bytes.max(1) {
@@ -458,11 +499,11 @@ fn call_before(machine: &dyn DynMachine, word: u32) -> Option<(u32, Option<u32>)
     let read = |word| session::program_word_at(machine, word);
     (1..=LONGEST).find_map(|len| {
         let at = word.checked_sub(len)?;
-        if call_flow(chip, read, at) != (CallFlow::Call, len) {
+        if call_flow(chip, read, at) != (InstructionFlow { flow: CallFlow::Call, words: len }) {
             return None;
         }
         let line = (chip.isa.disassemble)(&[read(at), read(at + 1), read(at + 2)], at);
-        let goal = line.operands.iter().find(|(kind, _)| *kind == "target").map(|(_, value)| *value);
-        Some((at, goal.and_then(|goal| u32::try_from(goal).ok())))
+        let goal = line.operands.iter().find(|operand| operand.kind == "target").map(|operand| operand.value);
+        Some(CallInstruction { at, goal: goal.and_then(|goal| u32::try_from(goal).ok()) })
     })
 }

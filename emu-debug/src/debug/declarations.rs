@@ -1,7 +1,7 @@
 //! Declarations of a C program outside of functions: functions, variables and types, with their text as gdb
 //! prints it.
 
-use emu_core::image::{CType, DebugInfo};
+use emu_core::image::{CType, DebugInfo, NumberedType, TypeDefinition};
 
 use super::c_type_queries::CTypeRef;
 use super::c_types::declaration;
@@ -77,8 +77,8 @@ fn functions(info: &DebugInfo) -> Vec<Declaration> {
 }
 
 fn types(info: &DebugInfo) -> Vec<Declaration> {
-    let each = info.types().filter_map(|(id, kind)| {
-        let (file, line) = info.definition_of(id);
+    let each = info.types().filter_map(|NumberedType { id, kind }| {
+        let TypeDefinition { file, line } = info.definition_of(id);
         let text = match kind {
             CType::Base { .. } => declaration(info, CTypeRef::new(Some(id)), ""),
             CType::Named { of, name } => format!("typedef {} {name};", declaration(info, CTypeRef::new(*of), "")),

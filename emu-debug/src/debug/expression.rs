@@ -4,6 +4,7 @@ use super::c_objects::ObjectExpr;
 use super::dyn_machine::DynMachine;
 use super::expression_place::ExpressionPlace;
 use super::expression_value::ExpressionValue;
+use emu_core::image::SpaceAddress;
 
 /// An expression: numbers, locations, and the operators of C on 64-bit integers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,7 +54,7 @@ impl DebugExpression {
             DebugExpression::Real(bits) => ExpressionValue::Real(f64::from_bits(*bits), 0),
             DebugExpression::Place(place) => ExpressionValue::Whole(place.value(machine)?),
             DebugExpression::At(space, addr) => {
-                let (space, addr) = address_in(machine, space, addr)?;
+                let SpaceAddress { space, addr } = address_in(machine, space, addr)?;
                 ExpressionValue::Whole(machine.peek(space, addr)?.into())
             }
             DebugExpression::Object(object) => object.amount(machine)?,
@@ -199,7 +200,7 @@ impl DebugExpression {
         match self {
             DebugExpression::Place(place) => Some(*place),
             DebugExpression::At(space, addr) => {
-                let (space, addr) = address_in(machine, space, addr)?;
+                let SpaceAddress { space, addr } = address_in(machine, space, addr)?;
                 Some(ExpressionPlace::Memory { space, addr, bytes: 1, signed: false })
             }
             DebugExpression::Object(object) => object.place(machine),
@@ -260,9 +261,9 @@ impl DebugExpression {
 
 /// Returns the memory and the address of a computed address; a data address of an ELF file of the AVR, such
 /// as 0x800100, is accepted too.
-fn address_in(machine: &dyn DynMachine, space: &'static str, addr: &DebugExpression) -> Option<(&'static str, u32)> {
+fn address_in(machine: &dyn DynMachine, space: &'static str, addr: &DebugExpression) -> Option<SpaceAddress> {
     let addr = u32::try_from(addr.value(machine)?).ok()?;
-    Some(super::call_stack::linked_memory_at(machine.chip(), addr).unwrap_or((space, addr)))
+    Some(super::call_stack::linked_memory_at(machine.chip(), addr).unwrap_or(SpaceAddress { space, addr }))
 }
 
 impl BinaryOperator {
@@ -272,6 +273,7 @@ impl BinaryOperator {
         matches!(self, Or | And | Eq | Ne | Le | Ge | Lt | Gt)
     }
 
+    /// Computes the value for two numbers; None if it is not defined, as for a division by 0.
     pub(super) fn apply(self, a: i64, b: i64) -> Option<i64> {
         let shift = u32::try_from(b).ok().filter(|shift| *shift < 64);
         Some(match self {

@@ -7,7 +7,7 @@ use super::session::DebugSession;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineOrigin {
     /// The line that the step leaves.
-    pub line: Option<(String, u32)>,
+    pub line: Option<FileLine>,
     /// First byte of its row of the line table.
     pub row: Option<u32>,
     /// The inlined functions around it, the outermost first.
@@ -17,7 +17,7 @@ pub struct LineOrigin {
 /// The location of the machine in the line table and in inlined functions.
 #[derive(Debug, Clone)]
 pub struct LinePosition {
-    line: Option<(String, u32)>,
+    line: Option<FileLine>,
     /// First byte of the row of the line table.
     pub row: Option<u32>,
     /// The machine is at the first instruction of the row.
@@ -32,13 +32,22 @@ pub struct LinePosition {
     calls: Vec<u32>,
 }
 
+/// A line of a source file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileLine {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+}
+
 impl LinePosition {
     /// Returns the line of the next instruction.
     #[must_use]
-    pub fn line_of(session: &DebugSession) -> Option<(String, u32)> {
+    pub fn line_of(session: &DebugSession) -> Option<FileLine> {
         let source = session.scope.source();
         let line = source.line_at(session.machine().pc())?;
-        Some((line.file.to_string(), line.line))
+        Some(FileLine { file: line.file.to_string(), line: line.line })
     }
 
     /// Returns where the machine is.
@@ -75,7 +84,7 @@ impl LinePosition {
     /// entered.
     #[must_use]
     pub fn origin(&self, not_entered: usize) -> LineOrigin {
-        let line = self.line.clone().map(|(file, number)| (file, self.call(not_entered).unwrap_or(number)));
+        let line = self.line.clone().map(|own| FileLine { line: self.call(not_entered).unwrap_or(own.line), ..own });
         LineOrigin { line, row: self.row, inlined: self.entered(not_entered).to_vec() }
     }
 }
@@ -99,7 +108,7 @@ impl LineOrigin {
         let entered = now.entered(now.not_entered);
         if same_frame && entered == self.inlined && now.not_entered > 0 {
             // An inlined function begins.
-            let is_own = self.line.as_ref().map(|line| line.1) == now.call(now.not_entered);
+            let is_own = self.line.as_ref().map(|line| line.line) == now.call(now.not_entered);
             return match (over, is_own) {
                 (true, true) => StepVerdict::GoOn,
                 (false, true) => StepVerdict::Stop(now.not_entered - 1),
@@ -109,12 +118,15 @@ impl LineOrigin {
         if same_frame && entered.len() > self.inlined.len() && entered.starts_with(&self.inlined) {
             return if over { StepVerdict::GoOn } else { StepVerdict::Stop(now.not_entered) };
         }
-        let Some((file, _)) = &now.line else { return StepVerdict::Stop(now.not_entered) };
+        let Some(FileLine { file, .. }) = &now.line else { return StepVerdict::Stop(now.not_entered) };
         match now.line != self.line && now.begins {
             true if now.is_statement => StepVerdict::Stop(now.not_entered),
             true if same_frame && entered == self.inlined => StepVerdict::GoOn,
             // The step has reached another function, but not at a place to stop: it stops at the next line.
-            true => StepVerdict::LeaveFrom(LineOrigin { line: Some((file.clone(), 0)), ..now.origin(now.not_entered) }),
+            true => StepVerdict::LeaveFrom(LineOrigin {
+                line: Some(FileLine { file: file.clone(), line: 0 }),
+                ..now.origin(now.not_entered)
+            }),
             // In the middle of a line, the step continues to the end of that line, as in gdb.
             false => StepVerdict::LeaveFrom(now.origin(now.not_entered)),
         }

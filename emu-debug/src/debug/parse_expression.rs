@@ -40,16 +40,29 @@ pub(super) fn parse(scope: &NameScope, here: Option<&FrameContext>, text: &str) 
     }
 }
 
+/// Parses one expression from left to right.
 pub(super) struct DebugExpressionParser<'a> {
+    /// The names of the program.
     pub(super) scope: &'a NameScope,
     /// The location of the machine, for names that are defined only there.
     pub(super) here: Option<&'a FrameContext>,
+    /// The whole expression, for messages.
     pub(super) text: &'a str,
+    /// The part that is not parsed yet.
     pub(super) rest: &'a str,
     depth: u32,
     operators: u32,
     /// Number of `?` whose `:` has not been read yet.
     choices: u32,
+}
+
+/// The type in a cast.
+#[derive(Debug, Clone, Copy)]
+struct CastType<'a> {
+    /// The frame in which the type is known.
+    here: &'a FrameContext,
+    /// The type.
+    kind: CTypeRef,
 }
 
 impl<'a> DebugExpressionParser<'a> {
@@ -92,6 +105,7 @@ impl<'a> DebugExpressionParser<'a> {
         Ok(found)
     }
 
+    /// The call stack at the location of the machine, if it is known.
     pub(super) fn calls(&self) -> Option<&'a super::call_stack::CallStack> {
         self.here.map(|here| &here.calls)
     }
@@ -126,7 +140,7 @@ impl<'a> DebugExpressionParser<'a> {
         let sign = ['-', '!', '~', '+', '*', '&', '(', '{'].into_iter().find(|sign| self.rest.starts_with(*sign));
         let expr = match sign {
             Some('(') => match self.cast() {
-                Some((here, kind)) => {
+                Some(CastType { here, kind }) => {
                     let value = self.unary()?;
                     if let Some(typed) = value.object().and_then(|object| object.with_declared_type(kind)) {
                         self.depth -= 1;
@@ -196,12 +210,12 @@ impl<'a> DebugExpressionParser<'a> {
     }
 
     /// Parses `(type)`; `None` if the parentheses contain anything else.
-    fn cast(&mut self) -> Option<(&'a FrameContext, CTypeRef)> {
+    fn cast(&mut self) -> Option<CastType<'a>> {
         let here = self.here?;
         let (inner, rest) = self.rest.strip_prefix('(')?.split_once(')')?;
         let kind = c_types::find_type(&here.calls.info, inner)?;
         self.rest = rest.trim_start();
-        Some((here, kind))
+        Some(CastType { here, kind })
     }
 
     /// Parses `&x`.
@@ -271,7 +285,7 @@ impl<'a> DebugExpressionParser<'a> {
 
     /// Parses `sizeof x` and `sizeof (type)`.
     fn size(&mut self) -> Result<DebugExpression, DebugError> {
-        if let Some((here, kind)) = self.cast() {
+        if let Some(CastType { here, kind }) = self.cast() {
             let size = here.calls.info.size_of(kind).ok_or(DebugError::UnknownSize { what: "that type" })?;
             return Ok(DebugExpression::Number(size.into()));
         }
@@ -306,7 +320,7 @@ impl<'a> DebugExpressionParser<'a> {
             let near = |at: Option<usize>| at.and_then(|at| word.as_bytes().get(at)) == Some(&b':');
             !near(at.checked_sub(1)) && !near(at.checked_add(1))
         });
-        let is_space = |at: usize| self.scope.chip().spaces.iter().any(|space| space.0 == &word[..at]);
+        let is_space = |at: usize| self.scope.chip().spaces.iter().any(|space| space.name == &word[..at]);
         single.filter(|at| self.choices > 0 && !is_space(*at)).unwrap_or(end)
     }
 

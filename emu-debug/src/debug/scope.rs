@@ -2,10 +2,12 @@
 
 mod resolve;
 
+use crate::debug::c_types::TypedEnumerator;
+use crate::debug::{NamedFunction, NamedObject};
 use std::sync::{Arc, OnceLock};
 
 use emu_core::chip::Chip;
-use emu_core::image::{BlockInfo, FrameView as _, SourceLines, SymbolAt, VariableInfo};
+use emu_core::image::{BlockInfo, FrameView as _, SourceLines, SpaceAddress, SymbolAt, VariableInfo};
 
 use super::c_objects::ObjectExpr;
 use super::call_stack::{CallFrame, CallStack, MachineFrame};
@@ -49,6 +51,24 @@ pub(super) struct FrameContext {
     inlined_skipped: usize,
     /// The frame, if it is a caller.
     frame: Option<CallFrame>,
+}
+
+/// A block around a frame.
+#[derive(Debug, Clone)]
+struct BlockInScope<'a> {
+    /// The block.
+    block: &'a BlockInfo,
+    /// The code in which its variables are in scope.
+    known: Vec<std::ops::Range<u32>>,
+}
+
+/// A range of addresses whose accesses are reported.
+#[derive(Debug, Clone)]
+pub struct WatchedRange {
+    /// The range.
+    pub range: AddressRange,
+    /// The range as the user gave it.
+    pub description: String,
 }
 
 impl NameScope {
@@ -122,11 +142,12 @@ impl NameScope {
             let sized = self.symbols.iter().filter(|symbol| symbol.space == self.chip.code_space && symbol.size > 0);
             let sized = sized.map(|symbol| {
                 let end = symbol.addr.saturating_add(symbol.size);
-                (symbol.addr / word..end.div_ceil(word), symbol.name.clone())
+                NamedFunction { words: symbol.addr / word..end.div_ceil(word), name: symbol.name.clone() }
             });
             let known = info.functions.iter().flat_map(|function| {
                 let ranges = function.block.ranges.iter().take(1);
-                ranges.map(|range| (range.start / word..range.end.div_ceil(word), function.name.clone()))
+                let words = ranges.map(|range| range.start / word..range.end.div_ceil(word));
+                words.map(|words| NamedFunction { words, name: function.name.clone() })
             });
             let functions = sized.chain(known).collect();
             CallStack::new(Arc::clone(info), functions)
@@ -153,9 +174,9 @@ impl NameScope {
     /// Returns the C variable with this name in a frame.
     pub(super) fn find_variable(&self, here: &FrameContext, name: &str) -> Option<ObjectExpr> {
         let locals = self.blocks(here);
-        let own = locals
-            .iter()
-            .find_map(|(block, known)| Some((block.variables.iter().find(|variable| variable.name == name)?, known)));
+        let own = locals.iter().find_map(|BlockInScope { block, known }| {
+            Some((block.variables.iter().find(|variable| variable.name == name)?, known))
+        });
         if let Some((variable, known)) = own {
             return Some(ObjectExpr::variable(here.calls.clone(), variable, known.clone(), here.level));
         }
@@ -198,7 +219,7 @@ impl NameScope {
         if self.symbols.iter().any(|symbol| symbol.is_named(name)) {
             return None;
         }
-        let (value, kind) = super::c_types::find_enumerator(&here.calls.info, name)?;
+        let TypedEnumerator { value, kind } = super::c_types::find_enumerator(&here.calls.info, name)?;
         let value = ObjectExpr::value_of(here.calls.clone(), DebugExpression::Number(value), kind);
         Some(DebugExpression::Object(Box::new(value)))
     }
@@ -225,7 +246,7 @@ impl NameScope {
 
     /// Returns the blocks around a frame, the innermost first, with the code where their variables are in
     /// scope.
-    fn blocks<'a>(&self, here: &'a FrameContext) -> Vec<(&'a BlockInfo, Vec<std::ops::Range<u32>>)> {
+    fn blocks<'a>(&self, here: &'a FrameContext) -> Vec<BlockInScope<'a>> {
         let Some(function) = here.calls.info.function_at(here.byte) else { return Vec::new() };
         let around = function.block.blocks_around(here.byte);
         let known = |block: &BlockInfo| match block.ranges.is_empty() {
@@ -236,7 +257,7 @@ impl NameScope {
         let (mut left, mut own) = (here.inlined_skipped, Vec::new());
         for block in around {
             if left == 0 {
-                own.push((block, known(block)));
+                own.push(BlockInScope { block, known: known(block) });
             }
             match left.checked_sub(usize::from(block.inlined.is_some())) {
                 Some(rest) => left = rest,
@@ -249,15 +270,15 @@ impl NameScope {
     /// Returns parameters, or other variables, of a frame's function that are in scope, by name; those of the
     /// innermost block first.
     #[must_use]
-    pub fn locals(&self, machine: &dyn DynMachine, level: usize, parameters: bool) -> Vec<(String, ObjectExpr)> {
+    pub fn locals(&self, machine: &dyn DynMachine, level: usize, parameters: bool) -> Vec<NamedObject> {
         let Some(here) = self.frame_context(machine, level) else { return Vec::new() };
         let wanted = |variable: &&VariableInfo| variable.parameter == parameters;
         let blocks = self.blocks(&here);
         let all =
-            blocks.iter().flat_map(|(block, known)| block.variables.iter().filter(wanted).map(move |own| (own, known)));
+            blocks.iter().flat_map(|one| one.block.variables.iter().filter(wanted).map(move |own| (own, &one.known)));
         let object = |(variable, known): (&VariableInfo, &Vec<std::ops::Range<u32>>)| {
             let object = ObjectExpr::variable(here.calls.clone(), variable, known.clone(), level);
-            (variable.name.clone(), object)
+            NamedObject { name: variable.name.clone(), object }
         };
         all.map(object).collect()
     }
@@ -265,13 +286,14 @@ impl NameScope {
     /// Returns parameters and variables of the function at a program word, those of the innermost block
     /// first.
     #[must_use]
-    pub fn variables_at(&self, word: u32) -> Vec<(String, ObjectExpr)> {
+    pub fn variables_at(&self, word: u32) -> Vec<NamedObject> {
         let byte = word.saturating_mul(self.chip.word_bytes);
         let here = FrameContext { calls: self.calls().clone(), byte, level: 0, inlined_skipped: 0, frame: None };
         let blocks = self.blocks(&here);
-        let all = blocks.iter().flat_map(|(block, known)| block.variables.iter().map(move |own| (own, known)));
+        let all = blocks.iter().flat_map(|one| one.block.variables.iter().map(move |own| (own, &one.known)));
         let object = |(own, known): (&VariableInfo, &Vec<std::ops::Range<u32>>)| {
-            (own.name.clone(), ObjectExpr::variable(here.calls.clone(), own, known.clone(), 0))
+            let object = ObjectExpr::variable(here.calls.clone(), own, known.clone(), 0);
+            NamedObject { name: own.name.clone(), object }
         };
         all.map(object).collect()
     }
@@ -286,7 +308,7 @@ impl NameScope {
 
     /// Returns the memory of an address that only ELF files use: 0x800100 is in the data memory of the AVR.
     #[must_use]
-    pub fn linked_memory_at(&self, address: u32) -> Option<(&'static str, u32)> {
+    pub fn linked_memory_at(&self, address: u32) -> Option<SpaceAddress> {
         super::call_stack::linked_memory_at(self.chip, address)
     }
 
@@ -351,11 +373,7 @@ impl NameScope {
     ///
     /// # Errors
     /// There is no such memory or location, or its accesses are not reported.
-    pub fn parse_watched_range(
-        &self,
-        text: &str,
-        machine: &dyn DynMachine,
-    ) -> Result<(AddressRange, String), DebugError> {
+    pub fn parse_watched_range(&self, text: &str, machine: &dyn DynMachine) -> Result<WatchedRange, DebugError> {
         let text = text.trim();
         let expr = self.parse_expression_in_frame(text, machine, 0);
         let bit = expr.as_ref().ok().and_then(|expr| expr.place(machine));
@@ -397,6 +415,6 @@ impl NameScope {
                 false => source.into(),
             }
         })?;
-        Ok((range, name))
+        Ok(WatchedRange { range, description: name })
     }
 }

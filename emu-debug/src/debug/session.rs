@@ -1,5 +1,7 @@
 //! A debugging session: a machine, its history, and its breakpoints and watchpoints.
 
+use crate::debug::InstructionFlow;
+use crate::debug::c_objects::assignment::PlaceWrite;
 use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
@@ -105,6 +107,15 @@ struct CachedCallFlow {
 /// Called periodically; returns whether to continue.
 pub(super) type KeepRunning<'a> = &'a mut dyn FnMut() -> bool;
 
+/// An action of the user with its time.
+#[derive(Debug, Clone, Copy)]
+pub struct TimedAction<'a> {
+    /// The cycle of the machine.
+    pub cycle: u64,
+    /// The action.
+    pub action: &'a UserAction,
+}
+
 impl DebugSession {
     /// Returns a session with a machine in its current state, where the history begins.
     #[must_use]
@@ -172,8 +183,8 @@ impl DebugSession {
     }
 
     /// Returns the user's actions in order, each with the cycle of the machine.
-    pub fn input_events(&self) -> impl Iterator<Item = (u64, &UserAction)> {
-        self.history.input_events.iter().map(|event| (event.cycle, &event.action))
+    pub fn input_events(&self) -> impl Iterator<Item = TimedAction<'_>> {
+        self.history.input_events.iter().map(|event| TimedAction { cycle: event.cycle, action: &event.action })
     }
 
     /// Applies an action of the user now, and discards the future of this history.
@@ -207,11 +218,14 @@ impl DebugSession {
             (Some(object), _) => object.writes_for(self.machine(), value)?,
             (None, Some(place)) => {
                 let value = value.to_integer();
-                vec![(place, expr.object().map_or(value, |object| object.without_link_offset(value)))]
+                vec![PlaceWrite {
+                    place,
+                    value: expr.object().map_or(value, |object| object.without_link_offset(value)),
+                }]
             }
             (None, None) => return Err(DebugError::NotAPlace),
         };
-        writes.into_iter().try_for_each(|(place, value)| self.apply_action(UserAction::Set(place, value)))
+        writes.into_iter().try_for_each(|PlaceWrite { place, value }| self.apply_action(UserAction::Set(place, value)))
     }
 
     /// Checks that the machine can be saved and loaded.
@@ -352,16 +366,16 @@ impl DebugSession {
 
     /// Returns what the instruction at a program word does to the call stack, and its length in program
     /// words.
-    pub fn call_flow(&mut self, pc: u32) -> (CallFlow, u32) {
+    pub fn call_flow(&mut self, pc: u32) -> InstructionFlow {
         let (chip, machine) = (self.scope.chip(), &*self.current.machine);
         let read = |word| self::program_word_at(machine, word);
         let first = read(pc);
         match self.flows.get(&pc) {
-            Some(known) if known.first_word == first => (known.flow, known.length),
+            Some(known) if known.first_word == first => InstructionFlow { flow: known.flow, words: known.length },
             _ => {
-                let (flow, length) = call_flow(chip, read, pc);
+                let InstructionFlow { flow, words: length } = call_flow(chip, read, pc);
                 self.flows.insert(pc, CachedCallFlow { first_word: first, flow, length });
-                (flow, length)
+                InstructionFlow { flow, words: length }
             }
         }
     }
@@ -449,7 +463,7 @@ impl DebugSession {
     }
 }
 
-/// Returns the content of program memory at a word address; 0 beyond the end of the memory.
+/// Reads a program word of the machine. Bytes outside of memory read as 0.
 pub(super) fn program_word_at(machine: &dyn DynMachine, address: u32) -> u16 {
     let chip = machine.chip();
     let byte =

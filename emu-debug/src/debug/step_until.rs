@@ -56,7 +56,7 @@ impl DebugSession {
             if self.current.cycle() >= limit {
                 return SessionStopReason::Limit;
             }
-            let flow = self.call_flow(self.current.machine.pc()).0;
+            let flow = self.call_flow(self.current.machine.pc()).flow;
             let entered = probe.interrupts_entered;
             probe.chip_events = Some(std::mem::take(&mut self.chip_events));
             let level = probe.observe_level().max(ObserveLevel::Events);

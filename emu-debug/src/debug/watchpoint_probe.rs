@@ -135,7 +135,7 @@ impl Probe for WatchpointProbe {
     }
 
     fn on_data_access(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        let name = self.chip.spaces.get(usize::from(space)).map_or("", |space| space.0);
+        let name = self.chip.spaces.get(usize::from(space)).map_or("", |space| space.name);
         for (id, range, access) in &self.accesses {
             let wanted = match access {
                 AccessKind::Read => !write,

@@ -34,7 +34,7 @@ pub struct WiredDevice {
 struct DevicesState {
     devices: Vec<WiredDevice>,
     /// The level of each driven pin, and its delay after an edge in nanoseconds.
-    driven: Vec<(PinId, PinLevel, u64)>,
+    driven: Vec<DrivenPin>,
 }
 
 /// The devices around a chip.
@@ -46,8 +46,36 @@ pub struct AttachedDevices {
     stretch: u64,
 }
 
-/// A drive of a pin by a device, with its time.
-type DeviceDrive = (CycleTime, PinId, PinLevel);
+/// A drive of a pin by a device.
+#[derive(Debug, Clone, Copy)]
+struct DeviceDrive {
+    /// The time.
+    at: CycleTime,
+    /// The pin.
+    pin: PinId,
+    /// The level from then on.
+    level: PinLevel,
+}
+
+/// An edge at a pin.
+#[derive(Debug, Clone, Copy)]
+struct SeenEdge {
+    /// The clock of the edge.
+    clock: u64,
+    /// The pin.
+    pin: PinId,
+    /// Whether the pin is high from then on.
+    high: bool,
+}
+
+/// What the devices know of the next stretch.
+#[derive(Debug, Clone)]
+struct LookAhead {
+    /// The cycle up to which the machine may run.
+    end: u64,
+    /// The edges until then.
+    edges: Vec<SeenEdge>,
+}
 
 impl AttachedDevices {
     /// Returns these devices, not connected yet. `clock` gives the length of cycles.
@@ -60,7 +88,7 @@ impl AttachedDevices {
 
     /// Returns the chip pins that devices drive.
     pub fn driven_pins(&self) -> impl Iterator<Item = PinId> {
-        self.state.driven.iter().map(|driven| driven.0)
+        self.state.driven.iter().map(|driven| driven.pin)
     }
 
     /// Returns the devices in the order in which they were added.
@@ -72,7 +100,7 @@ impl AttachedDevices {
     /// pins.
     pub fn connect<C: Cpu>(&mut self, cpu: &mut C) {
         let now = CycleTime::at(cpu.cycle());
-        for &(pin, level, _) in &self.state.driven {
+        for &DrivenPin { pin, level, .. } in &self.state.driven {
             cpu.drive(now, pin, level);
         }
         let clock = self.clocks_of(now);
@@ -99,11 +127,11 @@ impl AttachedDevices {
             return run_machine(cpu, until, probe);
         }
         loop {
-            let (stretch_end, edges) = self.look_ahead(cpu, until);
+            let LookAhead { end: stretch_end, edges } = self.look_ahead(cpu, until);
             let stop = run_machine(cpu, stretch_end, probe);
             // The probe may have stopped the run earlier.
             let now = self.clocks_of(CycleTime::at(cpu.cycle()));
-            for (clock, pin, high) in edges.into_iter().take_while(|edge| edge.0 <= now) {
+            for SeenEdge { clock, pin, high } in edges.into_iter().take_while(|edge| edge.clock <= now) {
                 self.state.on_pin_change(pin, high, clock, self.clock.hz);
             }
             self.state.driven = self.state.combined_drives();
@@ -115,7 +143,7 @@ impl AttachedDevices {
 
     /// Queues the answers of the devices in the next stretch. Returns the cycle up to which the machine may
     /// run, and the edges until then: clock, pin, and whether the pin is high.
-    fn look_ahead<C: Cpu>(&mut self, cpu: &mut C, until: u64) -> (u64, Vec<(u64, PinId, bool)>) {
+    fn look_ahead<C: Cpu>(&mut self, cpu: &mut C, until: u64) -> LookAhead {
         let (least, most) = (*STRETCH_CYCLES.start(), *STRETCH_CYCLES.end());
         let mut stretch_end = until.min(cpu.cycle().saturating_add(self.stretch));
         let (mut queued_answers, mut passes) = (0, 0);
@@ -126,7 +154,7 @@ impl AttachedDevices {
                 LookaheadProbe { state, clock: self.clock, queued_answers, edges: Vec::new(), answers: Vec::new() };
             let ended = 'copy: loop {
                 let stop = copy.run(stretch_end, &mut dyn_probe::probe_events(&mut lookahead));
-                for (at, pin, level) in std::mem::take(&mut lookahead.answers) {
+                for DeviceDrive { at, pin, level } in std::mem::take(&mut lookahead.answers) {
                     cpu.drive(at, pin, level);
                     queued_answers += 1;
                     if at.cycle <= copy.cycle() {
@@ -142,7 +170,10 @@ impl AttachedDevices {
                 self.stretch =
                     if passes > MAX_LOOKAHEAD_PASSES { self.stretch / 2 } else { self.stretch * 2 }.clamp(least, most);
                 // If the program has ended, the machine ends by itself.
-                return (if stop == StopReason::Limit { stretch_end } else { until }, lookahead.edges);
+                return LookAhead {
+                    end: if stop == StopReason::Limit { stretch_end } else { until },
+                    edges: lookahead.edges,
+                };
             }
             passes += 1;
             if passes == MAX_LOOKAHEAD_PASSES {
@@ -163,10 +194,19 @@ fn time_in_clocks(clock: CycleClock, at: CycleTime) -> u64 {
     at.cycle.saturating_mul(clock.clocks_per_cycle.into()).saturating_add(at.phase.into())
 }
 
+/// A pin that a device drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct DrivenPin {
+    pin: PinId,
+    level: PinLevel,
+    /// How long the device takes, in nanoseconds.
+    delay_ns: u64,
+}
+
 impl DevicesState {
     /// Returns the level of each pin that a device drives. Of several drives at one pin, low wins over high,
     /// and both over pull resistors.
-    fn combined_drives(&self) -> Vec<(PinId, PinLevel, u64)> {
+    fn combined_drives(&self) -> Vec<DrivenPin> {
         let strength = |level: PinLevel| match level {
             PinLevel::Low => 4,
             PinLevel::High => 3,
@@ -174,14 +214,14 @@ impl DevicesState {
             PinLevel::PullUp => 1,
             PinLevel::Float => 0,
         };
-        let mut all: Vec<(PinId, PinLevel, u64)> = Vec::new();
+        let mut all: Vec<DrivenPin> = Vec::new();
         for WiredDevice { device, wires } in &self.devices {
             let mut add_drive = |wire: usize, level: PinLevel| {
                 let Some(pin) = wires.get(wire).copied().flatten() else { return };
-                match all.iter_mut().find(|row| row.0 == pin) {
-                    Some(row) if strength(row.1) < strength(level) => row.1 = level,
+                match all.iter_mut().find(|row| row.pin == pin) {
+                    Some(row) if strength(row.level) < strength(level) => row.level = level,
                     Some(_) => {}
-                    None => all.push((pin, level, device.delay_ns())),
+                    None => all.push(DrivenPin { pin, level, delay_ns: device.delay_ns() }),
                 }
             };
             add_drive(device.driven_pin(), device.driven_level());
@@ -209,7 +249,7 @@ struct LookaheadProbe {
     clock: CycleClock,
     /// Number of answers that are already queued and will occur again.
     queued_answers: usize,
-    edges: Vec<(u64, PinId, bool)>,
+    edges: Vec<SeenEdge>,
     answers: Vec<DeviceDrive>,
 }
 
@@ -233,16 +273,16 @@ impl Probe for LookaheadProbe {
             return false;
         }
         let (clock, high) = (time_in_clocks(self.clock, at), level == PinLevel::High);
-        self.edges.push((clock, pin, high));
+        self.edges.push(SeenEdge { clock, pin, high });
         self.state.on_pin_change(pin, high, clock, self.clock.hz);
         let new_drives = self.state.combined_drives();
-        for (old, &(pin, level, ns)) in self.state.driven.clone().iter().zip(&new_drives) {
-            if old.1 == level {
+        for (old, &DrivenPin { pin, level, delay_ns: ns }) in self.state.driven.clone().iter().zip(&new_drives) {
+            if old.level == level {
                 continue;
             }
             match self.queued_answers.checked_sub(1) {
                 Some(queued_answers) => self.queued_answers = queued_answers,
-                None => self.answers.push((self.delayed(clock, ns), pin, level)),
+                None => self.answers.push(DeviceDrive { at: self.delayed(clock, ns), pin, level }),
             }
         }
         self.state.driven = new_drives;

@@ -231,8 +231,8 @@ pub fn compare<C: Cpu>(
         };
         let mut what = differences(&own_view(cpu, &theirs, cycle_offset), &theirs, options);
         if !what.is_empty()
-            && let Some((further, vector, shift)) =
-                match_peer_state(cpu, entered.0, &theirs, (cycle_offset, asleep), options)
+            && let Some(PeerMatch { cpu: further, interrupt: vector, cycle_offset: shift }) =
+                match_peer_state(cpu, entered.0, &theirs, PeerClock { cycle_offset, asleep }, options)
         {
             (*cpu, entered.0, what) = (further, vector, Vec::new());
             other_sleeps += u64::from(shift != cycle_offset);
@@ -287,6 +287,25 @@ impl Probe for WakeProbe<'_> {
     }
 }
 
+/// How the peer's cycle count relates to ours.
+#[derive(Debug, Clone, Copy)]
+struct PeerClock {
+    /// Our cycle when the peer's count is 0.
+    cycle_offset: u64,
+    /// Whether the machine has slept, so that the count may be different.
+    asleep: bool,
+}
+
+/// Our machine in the state of the peer.
+struct PeerMatch<C> {
+    /// The machine.
+    cpu: C,
+    /// The interrupt that it entered, if any.
+    interrupt: Option<u8>,
+    /// Our cycle when the peer's count is 0.
+    cycle_offset: u64,
+}
+
 /// Searches for the peer's state near a first difference. The peer may enter an interrupt together with the
 /// instruction before it, with the first instruction of the service routine, or both; and after a sleep its
 /// cycle count may be different. Returns our machine there, the interrupt, and our cycle when the peer's
@@ -295,16 +314,16 @@ fn match_peer_state<C: Cpu>(
     cpu: &C,
     interrupt: Option<u8>,
     theirs: &RegisterView,
-    (cycle_offset, asleep): (u64, bool),
+    PeerClock { cycle_offset, asleep }: PeerClock,
     options: &CompareOptions,
-) -> Option<(C, Option<u8>, u64)> {
+) -> Option<PeerMatch<C>> {
     let fits = |cpu: &C| {
         let shift = theirs.cycle.filter(|_| asleep).map_or(cycle_offset, |cycle| cpu.cycle().wrapping_sub(cycle));
         differences(&own_view(cpu, theirs, shift), theirs, options).is_empty().then_some(shift)
     };
     let mut further = cpu.clone();
     if let Some(shift) = fits(&further) {
-        return Some((further, interrupt, shift));
+        return Some(PeerMatch { cpu: further, interrupt, cycle_offset: shift });
     }
     let mut entered = InterruptEntryProbe(interrupt);
     // The entry, unless it has already passed; then an instruction.
@@ -313,7 +332,7 @@ fn match_peer_state<C: Cpu>(
             return None;
         }
         if let Some(shift) = fits(&further) {
-            return Some((further, entered.0, shift));
+            return Some(PeerMatch { cpu: further, interrupt: entered.0, cycle_offset: shift });
         }
     }
     None

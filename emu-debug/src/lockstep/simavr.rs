@@ -107,7 +107,7 @@ impl SimavrPeer {
         self.connection.write_all(format!("${packet}#{sum:02x}").as_bytes())?;
         let until = Instant::now() + self.timeout;
         let answer = loop {
-            if let Some((answer, rest)) = split_packet(&self.inbox) {
+            if let Some(ReceivedPacket { text: answer, rest }) = split_packet(&self.inbox) {
                 self.inbox = rest;
                 break answer;
             }
@@ -148,12 +148,24 @@ impl SimavrPeer {
     }
 }
 
+/// The first complete packet of received bytes.
+#[derive(Debug, Clone)]
+struct ReceivedPacket {
+    /// The content of the packet.
+    text: String,
+    /// The bytes after it.
+    rest: Vec<u8>,
+}
+
 /// Returns the first complete packet, and what follows it.
-fn split_packet(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
+fn split_packet(bytes: &[u8]) -> Option<ReceivedPacket> {
     let from = bytes.iter().position(|&byte| byte == b'$')? + 1;
     let len = bytes.get(from..)?.iter().position(|&byte| byte == b'#')?;
     let rest = bytes.get(from + len + 3..)?;
-    Some((String::from_utf8_lossy(bytes.get(from..from + len)?).into_owned(), rest.to_vec()))
+    Some(ReceivedPacket {
+        text: String::from_utf8_lossy(bytes.get(from..from + len)?).into_owned(),
+        rest: rest.to_vec(),
+    })
 }
 
 /// Returns true if simavr lists the chip as known.

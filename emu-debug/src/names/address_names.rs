@@ -1,7 +1,7 @@
 //! Addresses as users write them: numbers, and names of the program's symbols and of the chip's registers.
 
-use emu_core::chip::Chip;
-use emu_core::image::{CONSTANT_SPACE, SymbolAt};
+use emu_core::chip::{Chip, ChipSpace};
+use emu_core::image::{CONSTANT_SPACE, SpaceAddress, SymbolAt};
 
 use crate::names::bit_space::{self, BIT_SPACE};
 use crate::text::input_error::{InputError, malformed};
@@ -27,6 +27,15 @@ pub struct AddressRange {
     pub end: u32,
 }
 
+/// The place of a chip register.
+#[derive(Debug, Clone, Copy)]
+struct RegisterCells {
+    /// The address.
+    addr: u32,
+    /// The number of bytes, 1 or 2.
+    size: u32,
+}
+
 impl AddressNames<'_> {
     /// Parses a range of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120,
     /// `data:buf` is all bytes of a symbol with a known size.
@@ -43,7 +52,7 @@ impl AddressNames<'_> {
     /// # Errors
     /// No such memory, no address, an empty range, or one beyond the memory.
     pub fn parse_range(&self, text: &str) -> Result<AddressRange, InputError> {
-        let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
+        let spaces = || self.chip.spaces.iter().map(|ChipSpace { name, .. }| *name).collect::<Vec<_>>().join(", ");
         let (space, addresses) = match split_memory(text) {
             Some(MemoryAddress { memory, address }) => (memory, address),
             None => match self.spaces_of_name(text).as_slice() {
@@ -63,7 +72,9 @@ impl AddressNames<'_> {
                 }
             },
         };
-        let Some(&(space, size, width)) = self.chip.spaces.iter().find(|(name, ..)| *name == space.trim()) else {
+        let Some(&ChipSpace { name: space, size, width }) =
+            self.chip.spaces.iter().find(|ChipSpace { name, .. }| *name == space.trim())
+        else {
             return Err(InputError::UnknownMemory {
                 chip: self.chip.name,
                 space: space.to_owned(),
@@ -88,7 +99,7 @@ impl AddressNames<'_> {
                 let start = self.parse_address(space, addresses)?;
                 // A constant of the program is not an object, even if it has a size.
                 let object = self.symbols.iter().find(is_object);
-                let pair = self.register(name).filter(|_| space == self.chip.reg_space).map(|found| found.1);
+                let pair = self.register(name).filter(|_| space == self.chip.reg_space).map(|found| found.size);
                 let shortened_size = || self.shortened_matches(space, name).first().map(|symbol| symbol.size);
                 let size = match (object, pair) {
                     (Some(object), _) => object.size.div_ceil(width),
@@ -122,7 +133,7 @@ impl AddressNames<'_> {
             }
             Some(_) => Ok(()),
             None => {
-                let all = self.chip.spaces.iter().map(|(name, ..)| *name);
+                let all = self.chip.spaces.iter().map(|ChipSpace { name, .. }| *name);
                 let list: Vec<&str> = all.filter(|name| self.chip.observable_from(name).is_some()).collect();
                 Err(InputError::MemoryNotWatched { watched: list.join(", "), space })
             }
@@ -160,11 +171,11 @@ impl AddressNames<'_> {
         let has_symbol = |space: &str| self.symbols.iter().any(|s| s.space == space && has_name(s));
         let has_shortened =
             |space: &str| [whole, name].iter().any(|name| !self.shortened_matches(space, name).is_empty());
-        let spaces = self.chip.spaces.iter().map(|(space, ..)| *space);
+        let spaces = self.chip.spaces.iter().map(|ChipSpace { name: space, .. }| *space);
         let found: Vec<&str> = spaces.clone().filter(|space| has_symbol(space)).collect();
         let register = || self.register(name).map(|_| self.chip.reg_space);
         let bit = || self.chip.bit(name).map(|_| BIT_SPACE).filter(|bit| spaces.clone().any(|space| space == *bit));
-        let channel = || self.ap101_channel(name).map(|found| found.0);
+        let channel = || self.ap101_channel(name).map(|found| found.space);
         if !found.is_empty() {
             return found;
         }
@@ -190,26 +201,31 @@ impl AddressNames<'_> {
     /// Returns address and size in bytes of a chip register. A register with two adjacent halves, such as
     /// TCNT1 with TCNT1L and TCNT1H, has two bytes. On AVR this includes r0 to r31, with which data memory
     /// begins.
-    fn register(&self, name: &str) -> Option<(u32, u32)> {
+    fn register(&self, name: &str) -> Option<RegisterCells> {
         if let Some(addr) = self.chip.reg(name) {
-            return Some((addr.into(), 1));
+            return Some(RegisterCells { addr: addr.into(), size: 1 });
         }
         if let Some(number) = name.strip_prefix(['r', 'R']).filter(|_| self.registers_in_ram() > 0) {
             let digits = number.len() <= 2 && number.bytes().all(|byte| byte.is_ascii_digit());
-            return number.parse().ok().filter(|&at: &u32| digits && at < self.registers_in_ram()).map(|at| (at, 1));
+            return number
+                .parse()
+                .ok()
+                .filter(|&at: &u32| digits && at < self.registers_in_ram())
+                .map(|at| RegisterCells { addr: at, size: 1 });
         }
         let low = self.chip.reg(&format!("{name}L"))?;
         let high = self.chip.reg(&format!("{name}H"))?;
-        (low.checked_add(1) == Some(high)).then_some((low.into(), 2))
+        (low.checked_add(1) == Some(high)).then_some(RegisterCells { addr: low.into(), size: 2 })
     }
 
     /// Returns the bit that a controller's program names `I1`, `E2`, `R3` or `M4`.
-    fn ap101_channel(&self, name: &str) -> Option<(&'static str, u32)> {
+    fn ap101_channel(&self, name: &str) -> Option<SpaceAddress> {
         let (letter, digits) = name.split_at_checked(1).filter(|_| self.chip.is_bit_controller())?;
-        let &(space, size, _) = self.chip.spaces.iter().find(|(space, ..)| space.eq_ignore_ascii_case(letter))?;
+        let &ChipSpace { name: space, size, .. } =
+            self.chip.spaces.iter().find(|ChipSpace { name: space, .. }| space.eq_ignore_ascii_case(letter))?;
         let plain = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
         let addr = digits.parse().ok().filter(|&addr: &u32| plain && addr < size)?;
-        Some((space, addr))
+        Some(SpaceAddress { space, addr })
     }
 
     /// Converts the word address of data sheets and image files to an address of a memory, if the memory
@@ -335,9 +351,9 @@ impl AddressNames<'_> {
         let named = match space {
             BIT_SPACE => self.chip.bit(text).map(u32::from),
             _ if self.chip.is_bit_controller() => {
-                self.ap101_channel(text).filter(|found| found.0 == space).map(|found| found.1)
+                self.ap101_channel(text).filter(|found| found.space == space).map(|found| found.addr)
             }
-            _ => self.register(text).filter(|_| space == self.chip.reg_space).map(|found| found.0),
+            _ => self.register(text).filter(|_| space == self.chip.reg_space).map(|found| found.addr),
         };
         // A constant serves as an address where one is expected; most constants below RAM are bit numbers (`C
         // equ 0`).

@@ -2,6 +2,7 @@
 
 use emu_core::chip::ChipFamily;
 use emu_core::image::{SourceLine, SourceLines};
+use emu_core::table::NamedOperand;
 
 use crate::InputError;
 use crate::names::address_names::{AddressNames, parse_number};
@@ -53,7 +54,7 @@ impl ProgramSource<'_> {
     /// # Errors
     /// As [`AddressNames::parse_program_word`]; no such file, or a line without code.
     pub fn parse_words(&self, text: &str) -> Result<Vec<u32>, InputError> {
-        let Some((file, line)) = split_file_and_line(text) else {
+        let Some(NamedLine { file, line }) = split_file_and_line(text) else {
             return Ok(vec![self.names.parse_program_word(text)?]);
         };
         let chip = self.names.chip;
@@ -83,11 +84,11 @@ impl ProgramSource<'_> {
     /// `operands`](emu_core::table::DisassembledInstruction)): jump targets (`main+0x4`), and objects in RAM
     /// given by address (`buf+0x1`).
     #[must_use]
-    pub fn describe_operands(&self, operands: &[(&'static str, i32)]) -> Vec<String> {
+    pub fn describe_operands(&self, operands: &[NamedOperand]) -> Vec<String> {
         let chip = self.names.chip;
         // GOTO and CALL of a PIC contain a target within a page, and a chip register selects the page.
         let paged = chip.family == ChipFamily::Pic16 && chip.flash_bytes > PIC16_PAGE_BYTES;
-        let named = operands.iter().filter_map(|&(kind, value)| {
+        let named = operands.iter().filter_map(|&NamedOperand { kind, value }| {
             let value = u32::try_from(value).ok()?;
             match kind {
                 "target" | "target in the page" if !paged => self.names.nearest_symbol(self.byte_address(value)),
@@ -105,9 +106,18 @@ impl ProgramSource<'_> {
     }
 }
 
+/// The parts of `main.c:12`.
+#[derive(Debug, Clone, Copy)]
+struct NamedLine<'a> {
+    /// The file.
+    file: &'a str,
+    /// The line, from 1.
+    line: u32,
+}
+
 /// Splits `main.c:12`.
-fn split_file_and_line(text: &str) -> Option<(&str, u32)> {
+fn split_file_and_line(text: &str) -> Option<NamedLine<'_>> {
     let (file, line) = text.trim().rsplit_once(':')?;
     let line = parse_number(line).filter(|_| line.bytes().all(|byte| byte.is_ascii_digit()))?;
-    (!file.is_empty()).then_some((file, line))
+    (!file.is_empty()).then_some(NamedLine { file, line })
 }

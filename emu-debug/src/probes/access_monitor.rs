@@ -1,7 +1,7 @@
 //! A probe of every instruction and access, for conditions on memory and for reads of RAM before it is
 //! written. It makes a run slower, so only runs that need it have it.
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, ChipSpace};
 use emu_core::cpu::{Probe, ProgramFault, Subcycle};
 use emu_core::pins::CycleTime;
 
@@ -148,7 +148,8 @@ impl AccessWatch {
 impl UnwrittenRam {
     /// Returns all RAM of `chip` that does not count as written.
     pub(crate) fn new(chip: &'static Chip, ram: &RamCheck<'_>) -> UnwrittenRam {
-        let size = chip.spaces.iter().find(|(name, ..)| *name == chip.ram_space).map_or(0, |space| space.1);
+        let size =
+            chip.spaces.iter().find(|ChipSpace { name, .. }| *name == chip.ram_space).map_or(0, |space| space.size);
         let filled =
             |addr| ram.initialized.iter().any(|r| r.space == chip.ram_space && (r.start..r.end).contains(&addr));
         UnwrittenRam {
@@ -161,7 +162,7 @@ impl UnwrittenRam {
     /// Records an access that [`Probe::on_data_access`] reports. If it reads an unwritten byte of RAM,
     /// returns the canonical address of the byte.
     pub(crate) fn note_access(&mut self, chip: &Chip, space: u8, addr: u16, write: bool) -> Option<u32> {
-        let (space, addr) = (chip.spaces.get(usize::from(space))?.0, u32::from(addr));
+        let (space, addr) = (chip.spaces.get(usize::from(space))?.name, u32::from(addr));
         let bit = if space == BIT_SPACE { bit_space::byte_of_bit(chip, addr) } else { None };
         let (space, addr, mask) = bit.map_or((space, addr, 0xFF), |at| (at.space, at.byte, 1 << at.bit));
         let canonical = self.canonical.get(addr as usize).copied().flatten().filter(|_| space == self.space)?;
@@ -202,7 +203,7 @@ impl Probe for AccessMonitor {
             .unwritten_ram
             .as_mut()
             .and_then(|unwritten_ram| unwritten_ram.note_access(self.chip, space, addr, write));
-        let space = self.chip.spaces.get(usize::from(space)).map_or("", |(name, ..)| name);
+        let space = self.chip.spaces.get(usize::from(space)).map_or("", |ChipSpace { name, .. }| name);
         if unwritten_read.is_some() && self.unwritten_read.is_none() {
             self.unwritten_read = Some((self.pc, ProgramFault::UnwrittenRead { space, addr }));
         }

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Probe;
-use emu_core::image::Image;
-use emu_core::table::{FlowKind, find_row, instruction_bits};
+use emu_core::image::{AddressedByte, Image};
+use emu_core::table::{FlowKind, FoundRow, find_row, instruction_bits};
 
 /// Number of entries: one for each program word that a 16-bit counter reaches.
 const WORD_COUNT: usize = 0x1_0000;
@@ -84,13 +84,31 @@ struct InstructionFacts {
     ends_service: bool,
 }
 
+/// Cycles spent under an interrupt.
+#[derive(Debug, Clone, Copy)]
+pub struct InterruptCycles {
+    /// The active interrupt; None outside of all service routines.
+    pub serving: Option<u8>,
+    /// The number of cycles.
+    pub cycles: u64,
+}
+
+/// The services of an interrupt vector.
+#[derive(Debug, Clone)]
+pub struct VectorServices {
+    /// The number of the vector.
+    pub vector: u8,
+    /// The number and length of the services.
+    pub service: InterruptStatistics,
+}
+
 impl CycleProfile {
     /// Returns a profile for the program of an image, from the machine cycle `now` on.
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, now: u64) -> CycleProfile {
         let mut code = vec![None; (chip.flash_bytes / chip.word_bytes.max(1)) as usize];
         let size = chip.word_bytes.max(1);
-        for (addr, byte) in image.bytes_in(chip.code_space) {
+        for AddressedByte { addr, byte } in image.bytes_in(chip.code_space) {
             if let Some(word) = code.get_mut((addr / size) as usize) {
                 *word = Some(word.unwrap_or(0u16) | u16::from(byte) << (8 * (addr % size)));
             }
@@ -182,15 +200,15 @@ impl CycleProfile {
         all.filter(|one| one.cycles > 0)
     }
 
-    /// Returns the idle cycles, in which the core executes nothing, by active interrupt.
-    pub fn idle(&self) -> impl Iterator<Item = (Option<u8>, u64)> {
-        self.idle.iter().map(|(serving, count)| (*serving, *count))
+    /// Returns the cycles in which the core slept or was stalled, by active interrupt.
+    pub fn idle(&self) -> impl Iterator<Item = InterruptCycles> {
+        self.idle.iter().map(|(serving, count)| InterruptCycles { serving: *serving, cycles: *count })
     }
 
     /// Returns the cycles of interrupt entries that were interrupted before an instruction, by the interrupt
     /// that was entered.
-    pub fn entries(&self) -> impl Iterator<Item = (Option<u8>, u64)> {
-        self.entries.iter().map(|(serving, count)| (*serving, *count))
+    pub fn entries(&self) -> impl Iterator<Item = InterruptCycles> {
+        self.entries.iter().map(|(serving, count)| InterruptCycles { serving: *serving, cycles: *count })
     }
 
     /// Returns the cycles before the first instruction.
@@ -199,15 +217,16 @@ impl CycleProfile {
         self.before_first
     }
 
-    /// Returns the statistics of interrupts, by vector.
-    pub fn services(&self) -> impl Iterator<Item = (u8, InterruptStatistics)> {
-        self.services.iter().map(|(vector, service)| (*vector, *service))
+    /// Returns the services by vector.
+    pub fn services(&self) -> impl Iterator<Item = VectorServices> {
+        self.services.iter().map(|(vector, service)| VectorServices { vector: *vector, service: *service })
     }
 
     /// Returns the total of all counted cycles.
     #[must_use]
     pub fn total_cycles(&self) -> u64 {
-        let without_instruction = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
+        let without_instruction =
+            self.idle().chain(self.entries()).map(|InterruptCycles { cycles: count, .. }| count).sum::<u64>();
         self.before_first + without_instruction + self.cycles().map(|one| one.cycles).sum::<u64>()
     }
 }
@@ -215,7 +234,9 @@ impl CycleProfile {
 /// Returns the properties of the instruction at the start of `words`.
 fn instruction_facts(chip: &Chip, words: &[u16]) -> InstructionFacts {
     let isa = chip.isa;
-    let Some((position, _)) = find_row(isa.rows, isa.word_bits, words) else { return InstructionFacts::default() };
+    let Some(FoundRow { index: position, .. }) = find_row(isa.rows, isa.word_bits, words) else {
+        return InstructionFacts::default();
+    };
     let Some(row) = isa.rows.get(position) else { return InstructionFacts::default() };
     debug_assert!(row.pattern.matches(instruction_bits(row, isa.word_bits, words)), "the row that was found");
     // An instruction with a target may close a loop.

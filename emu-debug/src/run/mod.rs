@@ -5,6 +5,6 @@ mod runner;
 pub mod stop_condition;
 
 pub use runner::{
-    ReadMemory, RunEnd, RunPlan, RunProbe, RunResult, pin_levels, run, run_with_devices, run_with_probe,
-    shown_pin_levels,
+    ConnectedMachine, ExtraProbes, ReadMemory, RunEnd, RunPlan, RunProbe, RunResult, pin_levels, run, run_with_devices,
+    run_with_probe, shown_pin_levels,
 };

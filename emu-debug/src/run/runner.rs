@@ -103,7 +103,8 @@ pub fn run_with_devices<C: Cpu>(
     wave: Option<WaveWriter>,
     controller: &mut dyn RunController<C>,
 ) -> RunResult {
-    run_with_probe((cpu, devices), plan, wave, (&mut (), None), controller)
+    let machine = ConnectedMachine { cpu, devices };
+    run_with_probe(machine, plan, wave, ExtraProbes { extra: &mut (), trace: None }, controller)
 }
 
 /// Reads a byte of a memory, by the memory's name and address: [`Cpu::peek`].
@@ -121,33 +122,49 @@ pub trait RunProbe: Probe {
 
 impl RunProbe for () {}
 
-/// Runs `cpu` as [`run_with_devices`] does, with an additional probe. `trace`, if given, records each
-/// instruction.
+/// A machine with the devices at its pins.
+pub struct ConnectedMachine<'a, C> {
+    /// The machine.
+    pub cpu: &'a mut C,
+    /// The devices.
+    pub devices: &'a mut AttachedDevices,
+}
+
+/// Probes of a run in addition to those of its plan.
+pub struct ExtraProbes<'a, 't, A: ?Sized> {
+    /// A probe of the caller; `()` for none.
+    pub extra: &'a mut A,
+    /// Traces each instruction.
+    pub trace: Option<&'a mut TraceProbe<'t>>,
+}
+
+/// Calls [`run_with_devices`] with an additional probe, and traces each instruction with `trace`.
 pub fn run_with_probe<C: Cpu, A: RunProbe>(
-    (cpu, devices): (&mut C, &mut AttachedDevices),
+    machine: ConnectedMachine<'_, C>,
     plan: &RunPlan,
     wave: Option<WaveWriter>,
-    (extra_probe, trace): (&mut A, Option<&mut TraceProbe<'_>>),
+    probes: ExtraProbes<'_, '_, A>,
     controller: &mut dyn RunController<C>,
 ) -> RunResult {
+    let ExtraProbes { extra, trace } = probes;
     if plan.needs_every_access() || trace.is_some() {
-        return run_with_all_observers((cpu, devices), plan, wave, (extra_probe, trace), controller);
+        return run_with_all_observers(machine, plan, wave, ExtraProbes { extra, trace }, controller);
     }
-    run_until_end((cpu, devices), plan, wave, extra_probe, controller)
+    run_until_end(machine, plan, wave, extra, controller)
 }
 
 /// Runs with the observers of the plan and the trace, in addition to the additional probe. It is compiled
 /// once for all additional probes.
 fn run_with_all_observers<C: Cpu>(
-    (cpu, devices): (&mut C, &mut AttachedDevices),
+    machine: ConnectedMachine<'_, C>,
     plan: &RunPlan,
     wave: Option<WaveWriter>,
-    (extra_probe, trace): (&mut dyn DynRunProbe, Option<&mut TraceProbe<'_>>),
+    probes: ExtraProbes<'_, '_, dyn DynRunProbe + '_>,
     controller: &mut dyn RunController<C>,
 ) -> RunResult {
-    let (monitor, lints) = plan.access_probes(cpu);
-    let mut combined = CombinedProbe { access_monitor: monitor, lints, trace, run_probe: extra_probe };
-    let ended = run_until_end((cpu, devices), plan, wave, &mut combined, controller);
+    let AccessProbes { monitor, lints } = plan.access_probes(machine.cpu);
+    let mut combined = CombinedProbe { access_monitor: monitor, lints, trace: probes.trace, run_probe: probes.extra };
+    let ended = run_until_end(machine, plan, wave, &mut combined, controller);
     RunResult { lints: combined.lints.map_or_else(Vec::new, LintProbe::into_findings), ..ended }
 }
 
@@ -208,6 +225,39 @@ pub fn shown_pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<PinLevel>> {
     levels
 }
 
+/// The probes that observe every instruction and access.
+struct AccessProbes {
+    /// The probe of watched accesses and fetches.
+    monitor: AccessMonitor,
+    /// The probe of lints, if the plan asks for it.
+    lints: Option<LintProbe>,
+}
+
+/// A watched access of an end condition.
+struct NumberedWatch {
+    /// The position of the condition in the plan.
+    condition: usize,
+    /// The access.
+    watch: AccessWatch,
+}
+
+/// An awaited fetch of an end condition.
+#[derive(Debug, Clone, Copy)]
+struct NumberedFetch {
+    /// The position of the condition in the plan.
+    condition: usize,
+    /// The program word.
+    pc: u32,
+}
+
+/// The texts that end a run.
+struct AwaitedTexts {
+    /// The texts.
+    texts: Vec<Vec<u8>>,
+    /// Why the run ends at each of them.
+    ends: Vec<RunEnd>,
+}
+
 impl RunPlan {
     /// Returns true if every instruction and every access must be observed.
     fn needs_every_access(&self) -> bool {
@@ -218,63 +268,71 @@ impl RunPlan {
     }
 
     /// Returns the probes that observe every instruction and access for the plan.
-    fn access_probes<C: Cpu>(&self, cpu: &C) -> (AccessMonitor, Option<LintProbe>) {
+    fn access_probes<C: Cpu>(&self, cpu: &C) -> AccessProbes {
         let ram =
             RamCheck { canonical_address: &|addr| cpu.canonical_ram_address(addr), initialized: &self.initialized };
-        let watches = self.watches().into_iter().map(|(_, watch)| watch).collect();
+        let watches = self.watches().into_iter().map(|NumberedWatch { watch, .. }| watch).collect();
         let monitor = AccessMonitor::new(cpu.chip(), watches, self.stop_on_unwritten_read.then_some(&ram));
-        let monitor = monitor.with_fetches(self.awaited_fetches().into_iter().map(|(_, pc)| pc).collect());
-        (monitor, self.lint.then(|| LintProbe::new(cpu.chip(), &ram)))
+        let monitor =
+            monitor.with_fetches(self.awaited_fetches().into_iter().map(|NumberedFetch { pc, .. }| pc).collect());
+        AccessProbes { monitor, lints: self.lint.then(|| LintProbe::new(cpu.chip(), &ram)) }
     }
 
     /// Returns why the run ends, if an access or a fetch ends it.
     fn end_reason(&self, monitor: &AccessMonitor) -> Option<RunEnd> {
         let fault = monitor.unwritten_read.map(|(pc, fault)| RunEnd::Error(ProgramError::Fault { pc, fault }));
-        let access = || monitor.first_access.and_then(|a| Some(RunEnd::Until(self.watches().get(a.watch)?.0, Some(a))));
-        let fetched = || monitor.seen_fetch.and_then(|i| Some(RunEnd::Until(self.awaited_fetches().get(i)?.0, None)));
+        let access =
+            || monitor.first_access.and_then(|a| Some(RunEnd::Until(self.watches().get(a.watch)?.condition, Some(a))));
+        let fetched =
+            || monitor.seen_fetch.and_then(|i| Some(RunEnd::Until(self.awaited_fetches().get(i)?.condition, None)));
         fault.or_else(access).or_else(fetched)
     }
 
     /// Returns the watched accesses, each with the position of its condition.
-    fn watches(&self) -> Vec<(usize, AccessWatch)> {
+    fn watches(&self) -> Vec<NumberedWatch> {
+        let numbered = |condition, range: &AddressRange, write| {
+            Some(NumberedWatch { condition, watch: AccessWatch { range: *range, write } })
+        };
         let watch = |(i, until): (usize, &StopCondition)| match until {
-            StopCondition::Read(range) => Some((i, AccessWatch { range: *range, write: false })),
-            StopCondition::Write(range) => Some((i, AccessWatch { range: *range, write: true })),
+            StopCondition::Read(range) => numbered(i, range, false),
+            StopCondition::Write(range) => numbered(i, range, true),
             _ => None,
         };
         self.until.iter().enumerate().filter_map(watch).collect()
     }
 
     /// Returns the awaited fetches: condition and program word.
-    fn awaited_fetches(&self) -> Vec<(usize, u32)> {
+    fn awaited_fetches(&self) -> Vec<NumberedFetch> {
         let fetch = |(i, until): (usize, &StopCondition)| match until {
-            StopCondition::Fetch(pc) => Some((i, *pc)),
+            StopCondition::Fetch(pc) => Some(NumberedFetch { condition: i, pc: *pc }),
             _ => None,
         };
         self.until.iter().enumerate().filter_map(fetch).collect()
     }
 
     /// Returns the awaited texts, and why the run ends at each.
-    fn awaited_texts(&self) -> (Vec<Vec<u8>>, Vec<RunEnd>) {
+    fn awaited_texts(&self) -> AwaitedTexts {
         let fail = self.fail.iter().map(|text| (text.clone(), RunEnd::Failed));
         let expect = self.expect.iter().map(|text| (text.clone(), RunEnd::Expected));
         let until = self.until.iter().enumerate().filter_map(|(i, until)| match until {
             StopCondition::Uart(text) => Some((text.clone(), RunEnd::Until(i, None))),
             _ => None,
         });
-        fail.chain(expect).chain(until).unzip()
+        let (texts, ends) = fail.chain(expect).chain(until).unzip();
+        AwaitedTexts { texts, ends }
     }
 }
 
 /// Runs the machine until a condition of the plan, an observer or the controller ends the run.
 fn run_until_end<C: Cpu, L: RunObserver>(
-    (cpu, devices): (&mut C, &mut AttachedDevices),
+    machine: ConnectedMachine<'_, C>,
     plan: &RunPlan,
     wave: Option<WaveWriter>,
     observer: &mut L,
     controller: &mut dyn RunController<C>,
 ) -> RunResult {
-    let (texts, end_of_text) = plan.awaited_texts();
+    let ConnectedMachine { cpu, devices } = machine;
+    let AwaitedTexts { texts, ends: end_of_text } = plan.awaited_texts();
     let (mut pins, mut pin_conditions) = (Vec::new(), Vec::new());
     for (i, until) in plan.until.iter().enumerate() {
         match until {

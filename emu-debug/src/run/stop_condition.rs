@@ -3,7 +3,7 @@
 use emu_core::pins::{PinId, PinLevel};
 
 use crate::names::address_names::{AddressNames, AddressRange};
-use crate::stimulus::{example_pin, parse_pin_level};
+use crate::stimulus::{PinAndLevel, example_pin, parse_pin_level};
 use crate::text::input_error::{InputError, malformed};
 use crate::text::text_escapes::{escape, unescape};
 
@@ -43,7 +43,7 @@ pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondi
         }
         "fetch" => Err(InputError::NoFetchCycles { text: text.to_owned(), chip: names.chip.name }),
         "pin" => parse_pin_level(names.chip, &names.replace_channel_name(rest))
-            .map(|(pin, level)| StopCondition::Pin(pin, level)),
+            .map(|PinAndLevel { pin, level }| StopCondition::Pin(pin, level)),
         "read" => Ok(StopCondition::Read(parse_data_range(names, rest)?)),
         "write" => Ok(StopCondition::Write(parse_data_range(names, rest)?)),
         "uart" => {

@@ -1,6 +1,8 @@
 //! Scenarios on a chip with its image: names are pins, the supply, or memory locations. A tick is a clock of
 //! the oscillator.
 
+use crate::serial_sender::TimedText;
+use emu_core::ChipPin;
 use std::collections::HashMap;
 
 use diag::{Diagnostic, Severity};
@@ -80,6 +82,17 @@ impl ChipBindings {
     }
 }
 
+/// A memory location that is one number.
+#[derive(Debug, Clone, Copy)]
+struct MemoryNumber {
+    /// The memory.
+    space: &'static str,
+    /// The first byte address.
+    addr: u32,
+    /// The number of bytes.
+    bytes: u32,
+}
+
 impl ChipResolver<'_> {
     fn chip(&self) -> &'static Chip {
         self.names.chip
@@ -91,7 +104,7 @@ impl ChipResolver<'_> {
     }
 
     /// Resolves a memory location that is one number: the memory, its first byte address and its bytes.
-    fn resolve_memory(&self, name: &str) -> Result<(&'static str, u32, u32), InputError> {
+    fn resolve_memory(&self, name: &str) -> Result<MemoryNumber, InputError> {
         let range = self.names.parse_range(name)?;
         let width = self.chip().bytes_per_address(range.space);
         let bytes = (range.end - range.start).saturating_mul(width);
@@ -101,7 +114,7 @@ impl ChipResolver<'_> {
         let addr = range.start.saturating_mul(width);
         match (addr..addr + bytes).find(|&addr| !(self.has_byte)(range.space, addr)) {
             Some(addr) => Err(InputError::NothingAt { chip: self.chip().name, space: range.space, addr }),
-            None => Ok((range.space, addr, bytes)),
+            None => Ok(MemoryNumber { space: range.space, addr, bytes }),
         }
     }
 
@@ -134,7 +147,7 @@ impl NameResolver for ChipResolver<'_> {
             .and_then(|pin| self.chip().pins.get(usize::from(pin)));
         match (pin, self.resolve_memory(name)) {
             (Some(pin), _) => pin.name.to_owned(),
-            (None, Ok((space, addr, bytes))) => format!("{space}:{addr}..{bytes}"),
+            (None, Ok(MemoryNumber { space, addr, bytes })) => format!("{space}:{addr}..{bytes}"),
             (None, Err(_)) => name.to_owned(),
         }
     }
@@ -157,7 +170,8 @@ impl NameResolver for ChipResolver<'_> {
             }
             parse_stimulus().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
         } else {
-            let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, why))?;
+            let MemoryNumber { space, addr, bytes } =
+                self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, why))?;
             let (low, high) = (-(1i64 << (8 * bytes - 1)), (1i64 << (8 * bytes)) - 1);
             let ScenarioValue::Number(number) = value else {
                 return Err(ScenarioError::ImpossibleValue(
@@ -186,7 +200,7 @@ impl NameResolver for ChipResolver<'_> {
                 return Err(ScenarioError::Refused(InputError::SupplyIsNotReadable { name: pin_name }.into()));
             }
             Err(_) => {
-                let (space, addr, bytes) =
+                let MemoryNumber { space, addr, bytes } =
                     self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, why))?;
                 (ChipObservable::Memory(space, addr, bytes), (0, (1 << (8 * bytes)) - 1))
             }
@@ -200,7 +214,7 @@ impl NameResolver for ChipResolver<'_> {
     }
 
     fn known_names(&self) -> Vec<String> {
-        let pins = self.chip().present_pins().map(|(_, pin)| pin.name.to_owned());
+        let pins = self.chip().present_pins().map(|ChipPin { def: pin, .. }| pin.name.to_owned());
         let symbols = self.names.symbols.iter().map(|symbol| symbol.name.clone());
         pins.chain(symbols).chain([supply_name(self.chip()).to_owned()]).collect()
     }
@@ -281,7 +295,7 @@ pub fn timed_drives(
                     out.push(TimedDrive { at, drive: *drive });
                 }
             }
-            TimedStimulus::Send(bytes) => texts.push((at, bytes)),
+            TimedStimulus::Send(bytes) => texts.push(TimedText { at, bytes }),
         }
     }
     if let Some(pin) = resolver.serial.1.filter(|_| !texts.is_empty()) {

@@ -1,5 +1,7 @@
 //! Stimuli: what drives the pins and the supply, and when.
 
+use crate::time::DecimalNumber;
+use emu_core::ChipPin;
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
@@ -56,15 +58,24 @@ impl TimedDrive {
     }
 }
 
+/// A pin and a level for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PinAndLevel {
+    /// The pin.
+    pub pin: PinId,
+    /// The level.
+    pub level: PinLevel,
+}
+
 /// Parses a pin and a level: `PB0=1`, `PB0=0` or `PB0=z` (floating); case is ignored.
 ///
 /// # Errors
 /// No such pin or level.
-pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), InputError> {
-    let (name, level) = split_at_equals(chip, text)?;
+pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<PinAndLevel, InputError> {
+    let NameAndValue { name, value: level } = split_at_equals(chip, text)?;
     let pin = find_pin(chip, name)?;
     let level = self::parse_level(level).ok_or_else(|| malformed(level, "level of a pin", "0, 1 or z"))?;
-    Ok((pin, level))
+    Ok(PinAndLevel { pin, level })
 }
 
 /// Parses a drive: a level as in [`parse_pin_level`], where `z` releases the pin; a resistor (`RC3=pullup`,
@@ -74,7 +85,7 @@ pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), Inp
 /// # Errors
 /// No such pin, level or voltage.
 pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, InputError> {
-    let (name, value) = split_at_equals(chip, text)?;
+    let NameAndValue { name, value } = split_at_equals(chip, text)?;
     let volts = value.ends_with(['V', 'v']);
     if SUPPLY_NAMES.iter().any(|supply| name.eq_ignore_ascii_case(supply)) && chip.pin(name).is_none() {
         return match volts {
@@ -106,7 +117,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, InputError>
             {
                 format!(", or volts with their unit: {name}={value}V")
             }
-            Some((count, 0)) if count < ADC_COUNTS.into() => {
+            Some(DecimalNumber { mantissa: count, decimals: 0 }) if count < ADC_COUNTS.into() => {
                 format!(", or what a converter reads: {name}={value}counts")
             }
             _ => format!(", or volts: {name}=1.25V"),
@@ -180,11 +191,20 @@ pub fn queue_drive<C: Cpu>(
     Err(InputError::LevelsOnly { what, chip, pin })
 }
 
+/// A change of the supply voltage.
+#[derive(Debug, Clone, Copy)]
+pub struct SupplyChange {
+    /// The time.
+    pub at: CycleTime,
+    /// The voltage from then on, in millivolts.
+    pub millivolts: u32,
+}
+
 /// Returns the supply changes of drives, in millivolts, with their times.
 #[must_use]
-pub fn supply_changes(drives: &[TimedDrive]) -> Vec<(CycleTime, u32)> {
+pub fn supply_changes(drives: &[TimedDrive]) -> Vec<SupplyChange> {
     let supply = |drive: &TimedDrive| match drive.drive {
-        ExternalDrive::Supply(millivolts) => Some((drive.at, millivolts)),
+        ExternalDrive::Supply(millivolts) => Some(SupplyChange { at: drive.at, millivolts }),
         _ => None,
     };
     drives.iter().filter_map(supply).collect()
@@ -208,7 +228,7 @@ pub fn check_drive_supported<C: Cpu>(cpu: &C, drive: ExternalDrive) -> Result<()
 /// Returns the name of the `n`-th pin that the package has, for messages.
 #[must_use]
 pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
-    chip.present_pins().nth(n).map_or("PIN", |(_, pin)| pin.name)
+    chip.present_pins().nth(n).map_or("PIN", |ChipPin { def: pin, .. }| pin.name)
 }
 
 /// Returns why the machine does not have a pin of its chip row.
@@ -222,8 +242,17 @@ pub fn missing_pin_reason(chip: &Chip, pin: PinId) -> InputError {
     InputError::NotInPackage { pin: name, packages }
 }
 
+/// The parts of `NAME=VALUE`.
+#[derive(Debug, Clone, Copy)]
+struct NameAndValue<'t> {
+    /// The text before the equals sign.
+    name: &'t str,
+    /// The text after it.
+    value: &'t str,
+}
+
 /// Splits a text at the equals sign.
-fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), InputError> {
+fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<NameAndValue<'t>, InputError> {
     let (name, value) = text.split_once('=').ok_or_else(|| {
         let pin = example_pin(chip, 0);
         InputError::MissingPart {
@@ -232,7 +261,7 @@ fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str),
             examples: format!("{pin}=1, {pin}=0 or {pin}=z"),
         }
     })?;
-    Ok((name.trim(), value.trim()))
+    Ok(NameAndValue { name: name.trim(), value: value.trim() })
 }
 
 /// Returns the name of the supply in the chip's data sheet.
@@ -251,9 +280,10 @@ pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, InputError> {
     // The note lists the other functions of a pin.
     let has_function =
         |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
-    let by_function = || chip.present_pins().find(|(_, def)| has_function(def.note)).map(|(pin, _)| pin);
+    let by_function =
+        || chip.present_pins().find(|ChipPin { def, .. }| has_function(def.note)).map(|ChipPin { id: pin, .. }| pin);
     pin.or_else(by_function).ok_or_else(|| {
-        let names: Vec<&str> = chip.present_pins().map(|(_, def)| def.name).collect();
+        let names: Vec<&str> = chip.present_pins().map(|ChipPin { def, .. }| def.name).collect();
         let names = if chip.is_bit_controller() { AP101_PIN_NAMES.to_owned() } else { names.join(" ") };
         InputError::UnknownPin { chip: chip.name, name: name.to_owned(), known: names }
     })
@@ -272,7 +302,7 @@ fn parse_level(text: &str) -> Option<PinLevel> {
 fn parse_millivolts(text: &str) -> Result<u32, InputError> {
     let wanted = || malformed(text, "voltage", "1.25V or 800mV");
     let WrittenQuantity { number, unit } = WrittenQuantity::split(text);
-    let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
+    let DecimalNumber { mantissa, decimals } = parse_decimal(number).ok_or_else(wanted)?;
     let scaled = match unit {
         "V" | "v" => mantissa * 1_000,
         "mV" | "mv" => mantissa,

@@ -23,6 +23,15 @@ pub struct SerialLineSender {
     free_at: u128,
 }
 
+/// Bytes to send, with the time of the first.
+#[derive(Debug, Clone)]
+pub struct TimedText {
+    /// The time from which on they are sent.
+    pub at: CycleTime,
+    /// The bytes.
+    pub bytes: Vec<u8>,
+}
+
 impl SerialLineSender {
     /// Returns a sender of `baud` bits per second.
     ///
@@ -91,16 +100,12 @@ impl SerialLineSender {
     ///
     /// # Errors
     /// Those of [`SerialLineSender::edges_of_bytes`].
-    pub fn edges_of_texts(
-        mut self,
-        clock: CycleClock,
-        texts: &[(CycleTime, Vec<u8>)],
-    ) -> Result<Vec<TimedDrive>, InputError> {
+    pub fn edges_of_texts(mut self, clock: CycleClock, texts: &[TimedText]) -> Result<Vec<TimedDrive>, InputError> {
         let mut drives = vec![self.idle_level()];
-        let mut sorted: Vec<&(CycleTime, Vec<u8>)> = texts.iter().collect();
-        sorted.sort_by_key(|(at, _)| *at);
-        for (at, bytes) in sorted {
-            drives.extend(self.edges_of_bytes(clock, *at, bytes)?);
+        let mut sorted: Vec<&TimedText> = texts.iter().collect();
+        sorted.sort_by_key(|text| text.at);
+        for text in sorted {
+            drives.extend(self.edges_of_bytes(clock, text.at, &text.bytes)?);
         }
         Ok(drives)
     }
@@ -114,7 +119,8 @@ mod tests {
 
     fn edges(clock: CycleClock, baud: u64, texts: &[(u64, &str)]) -> Vec<(u64, u8, bool)> {
         let at = |cycle| CycleTime { cycle, ..CycleTime::default() };
-        let texts: Vec<_> = texts.iter().map(|(cycle, text)| (at(*cycle), text.as_bytes().to_vec())).collect();
+        let texts: Vec<_> =
+            texts.iter().map(|(cycle, text)| TimedText { at: at(*cycle), bytes: text.as_bytes().to_vec() }).collect();
         let drives = SerialLineSender::new(7, baud).expect("a rate").edges_of_texts(clock, &texts).expect("edges");
         let edge = |drive: &TimedDrive| match drive.drive {
             ExternalDrive::Level(7, level @ (PinLevel::High | PinLevel::Low)) => {
@@ -163,7 +169,7 @@ mod tests {
     #[test]
     fn what_cannot_be_sent_is_refused() {
         assert!(SerialLineSender::new(0, 0).is_err() && SerialLineSender::new(0, MAX_BAUD + 1).is_err());
-        let late = (CycleTime { cycle: MAX_CYCLES, ..CycleTime::default() }, vec![0]);
+        let late = TimedText { at: CycleTime { cycle: MAX_CYCLES, ..CycleTime::default() }, bytes: vec![0] };
         assert!(SerialLineSender::new(0, 1).expect("a rate").edges_of_texts(CLOCK, &[late]).is_err());
     }
 }

@@ -48,7 +48,7 @@ impl CycleClock {
         if too_many_digits(number) {
             return Err(too_long());
         }
-        let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
+        let DecimalNumber { mantissa, decimals } = parse_decimal(number).ok_or_else(wanted)?;
         let clocks = if unit == "c" {
             (decimals == 0).then_some(mantissa).ok_or_else(wanted)?.checked_mul(per_cycle).ok_or_else(too_long)?
         } else {
@@ -79,7 +79,7 @@ pub fn parse_hertz(text: &str) -> Result<u64, InputError> {
         _ => return Err(malformed(text, "frequency", "16MHz, 32.768kHz or 8000000")),
     };
     let parsed = parse_decimal(number).ok_or_else(|| malformed(text, "frequency", "16MHz or 8000000"))?;
-    let (mantissa, decimals) = parsed;
+    let DecimalNumber { mantissa, decimals } = parsed;
     let (up, down) = (10u128.pow(zeros), 10u128.pow(decimals));
     let scaled = mantissa * up;
     if scaled % down != 0 {
@@ -103,7 +103,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, InputError> {
     if too_many_digits(number) {
         return Err(too_long());
     }
-    let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
+    let DecimalNumber { mantissa, decimals } = parse_decimal(number).ok_or_else(wanted)?;
     let exponent = unit_exponent(unit).ok_or_else(wanted)?;
     let nanos = mantissa * 10u128.pow(9 - exponent) / 10u128.pow(decimals);
     u64::try_from(nanos).map(Duration::from_nanos).map_err(|_| too_long())
@@ -131,14 +131,23 @@ fn too_many_digits(number: &str) -> bool {
     whole.trim_start_matches('0').len() > MAX_DIGITS
 }
 
+/// A decimal number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DecimalNumber {
+    /// The digits without the decimal point.
+    pub(crate) mantissa: u128,
+    /// The number of digits after the point.
+    pub(crate) decimals: u32,
+}
+
 /// Returns the mantissa and the number of decimals.
-pub(crate) fn parse_decimal(text: &str) -> Option<(u128, u32)> {
+pub(crate) fn parse_decimal(text: &str) -> Option<DecimalNumber> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     if whole.is_empty() || text.ends_with('.') || whole.len() + fraction.len() > MAX_DIGITS {
         return None;
     }
     let mantissa = format!("{whole}{fraction}").parse().ok()?;
-    Some((mantissa, fraction.len() as u32))
+    Some(DecimalNumber { mantissa, decimals: fraction.len() as u32 })
 }
 
 /// Returns the unit as a negative power of 10, in seconds.

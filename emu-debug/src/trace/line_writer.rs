@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::io::Write;
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, ChipSpace};
 use emu_core::cpu::Cpu;
 
 use super::signals::register_bits;
@@ -77,7 +77,7 @@ pub struct TraceLineWriter<'a> {
     /// Names and hexadecimal digits of the registers that are shown, in the order of the chip's registers.
     regs: Vec<Option<(&'static str, usize)>>,
     code: Vec<Option<CachedInstruction>>,
-    places: HashMap<(u8, u16), String>,
+    places: HashMap<PlaceKey, String>,
 }
 
 /// An instruction as printed in its line.
@@ -258,17 +258,24 @@ impl CachedInstruction {
     }
 }
 
+/// The memory and the address of an access.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct PlaceKey {
+    space: u8,
+    addr: u16,
+}
+
 /// Returns the location text of an access; it is formatted once.
 fn place_name<'p>(
-    places: &'p mut HashMap<(u8, u16), String>,
+    places: &'p mut HashMap<PlaceKey, String>,
     source: &ProgramSource<'_>,
     format: TraceFormat,
     access: &TracedAccess,
 ) -> &'p str {
-    places.entry((access.space, access.addr)).or_insert_with(|| {
+    places.entry(PlaceKey { space: access.space, addr: access.addr }).or_insert_with(|| {
         let chip = source.names.chip;
         let (space, addr) = (chip.spaces.get(usize::from(access.space)), u32::from(access.addr));
-        let &(space, size, _) = space.unwrap_or(&("?", 0, 1));
+        let &ChipSpace { name: space, size, .. } = space.unwrap_or(&ChipSpace { name: "?", size: 0, width: 1 });
         let digits = if size > 0x100 { 4 } else { 2 };
         let regs = if space == BIT_SPACE { chip.bits } else { chip.regs };
         let named = space == BIT_SPACE || space == chip.reg_space && !chip.is_bit_controller();
@@ -286,7 +293,7 @@ fn place_name<'p>(
 /// Returns true if an address of this memory is a single bit.
 fn is_bit_space(chip: &Chip, space: u8) -> bool {
     let space = chip.spaces.get(usize::from(space));
-    space.is_some_and(|&(name, _, width)| name == BIT_SPACE || chip.is_bit_controller() && width == 1)
+    space.is_some_and(|&ChipSpace { name, width, .. }| name == BIT_SPACE || chip.is_bit_controller() && width == 1)
 }
 
 /// Returns a text as a JSON string.

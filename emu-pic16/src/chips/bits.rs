@@ -10,7 +10,7 @@ pub const ALIASES: &[(&str, Sfr)] = &[("TMR1", Sfr::TMR1L), ("CCPR1", Sfr::CCPR1
 
 /// Rows of bits: register, then pairs of name and bit number.
 macro_rules! bits {
-    ($($reg:ident: $($name:ident $bit:literal)*;)*) => { &[ $( $( (Sfr::$reg, stringify!($name), $bit) ),* ),* ] };
+    ($($reg:ident: $($name:ident $bit:literal)*;)*) => { &[ $( $( SfrBit { sfr: Sfr::$reg, name: stringify!($name), bit: $bit } ),* ),* ] };
 }
 
 /// Bits of STATUS, OPTION_REG, and ports A and B that every chip has.

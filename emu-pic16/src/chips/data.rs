@@ -143,7 +143,12 @@ macro_rules! chip {
                     word_bits: emu_core::image::WordBits::Low(8),
                 },
             ],
-            spaces: &[("flash", $words * 0x400, 2), ("data", 0x200, 1), ("eeprom", $eeprom, 1), ("config", 0x10, 2)],
+            spaces: &[
+                emu_core::chip::ChipSpace::new("flash", $words * 0x400, 2),
+                emu_core::chip::ChipSpace::new("data", 0x200, 1),
+                emu_core::chip::ChipSpace::new("eeprom", $eeprom, 1),
+                emu_core::chip::ChipSpace::new("config", 0x10, 2),
+            ],
             ..$base
         }
     };

@@ -1,6 +1,6 @@
 //! PIC16C71 (DS30272), 16C84 (DS30445), 16F84 (DS30430), 16F84A (DS35007).
 
-use emu_core::chip::{Chip, RamRange};
+use emu_core::chip::{Chip, ChipSpace, RamRange};
 use emu_core::image::{ImageSpace, WordBits};
 
 use super::bits as b;
@@ -111,7 +111,11 @@ pub(super) const PIC16C71: Pic16Part = Pic16Part {
             ImageSpace { name: "flash", start: 0, len: 0x800, word: 2, word_bits: WordBits::Only(14) },
             ImageSpace { name: "config", start: 0x4000, len: 0x20, word: 2, word_bits: WordBits::Low(14) },
         ],
-        spaces: &[("flash", 0x400, 2), ("data", 0x200, 1), ("config", 0x10, 2)],
+        spaces: &[
+            ChipSpace::new("flash", 0x400, 2),
+            ChipSpace::new("data", 0x200, 1),
+            ChipSpace::new("config", 0x10, 2),
+        ],
         regs: regs!(S_71, ADRESH => "ADRES"),
         pins: &pins18(["AN0", "AN1", "AN2", "AN3, VREF", "open drain, T0CKI"]),
         ..PIC16F84.chip

@@ -7,6 +7,7 @@
 //! spelling that any header of the family has for a feature of the chip; `tests/headers.rs` reads all
 //! headers.
 
+use emu_core::NamedConstant;
 use emu_core::pins::PinId;
 
 use super::{ALIASES, ConfigLayout, NO_PIN, OscillatorMode, Pic16Part, part};
@@ -17,78 +18,89 @@ const ERASED_WORD: u16 = 0x3FFF;
 /// Mask of DEBUG, which every chip has that can write its own program memory.
 const DEBUG_BIT: u16 = 1 << 11;
 
-/// A configuration value: its spellings, separated by blanks, and the function that computes it.
-type ConfigName = (&'static str, fn(&Pic16Part) -> Option<u16>);
+/// A configuration value and the function that computes it.
+struct ConfigName {
+    /// Its spellings, separated by blanks.
+    names: &'static str,
+    /// Computes the value for a chip; None if the chip does not have it.
+    value: fn(&Pic16Part) -> Option<u16>,
+}
+
+/// Makes a row of [`CONFIG_NAMES`].
+const fn named(names: &'static str, value: fn(&Pic16Part) -> Option<u16>) -> ConfigName {
+    ConfigName { names, value }
+}
 
 /// Configuration values that each depend on one feature.
 #[rustfmt::skip]
 const CONFIG_NAMES: &[ConfigName] = &[
-    ("_FOSC_LP _LP_OSC",           |part| oscillator(part, OscillatorMode::Lp, 0)),
-    ("_FOSC_XT _XT_OSC",           |part| oscillator(part, OscillatorMode::Xt, 0)),
-    ("_FOSC_HS _HS_OSC",           |part| oscillator(part, OscillatorMode::Hs, 0)),
-    ("_FOSC_EC _FOSC_ECIO _EXTCLK _EXTCLK_OSC", |part| oscillator(part, OscillatorMode::Ec, 0x40)),
-    ("_FOSC_INTOSCIO _INTRC_OSC_NOCLKOUT _INTOSC_OSC_NOCLKOUT _INTRC_IO", |part| oscillator(part, OscillatorMode::Internal, 0xC0)),
-    ("_FOSC_INTOSCCLK _INTRC_OSC_CLKOUT _INTOSC_OSC_CLKOUT _INTRC_CLKOUT", |part| oscillator(part, OscillatorMode::Internal, 0x80)),
-    ("_FOSC_ERIO _ER_OSC_NOCLKOUT _FOSC_EXTRCIO _RC_OSC_NOCLKOUT _EXTRC_IO", |part| oscillator(part, OscillatorMode::Rc, 0x40)),
-    ("_FOSC_ERCLK _ER_OSC_CLKOUT _FOSC_EXTRCCLK _RC_OSC_CLKOUT _EXTRC_CLKOUT", |part| clock_out(part, true)),
-    ("_FOSC_EXTRC _FOSC_RC _RC_OSC", |part| clock_out(part, false)),
-    ("_WDTE_OFF _WDT_OFF",         |part| with_bits_clear(part.config.wdte)),
-    ("_WDTE_ON _WDT_ON",           |part| with_bits_set(part.config.wdte)),
-    ("_PWRTE_OFF",                 |part| power_up(part, false)),
-    ("_PWRTE_ON",                  |part| power_up(part, true)),
-    ("_BOREN_OFF _BODEN_OFF",      |part| with_bits_clear(part.config.boren)),
-    ("_BOREN_ON _BODEN_ON",        |part| with_bits_set(part.config.boren)),
-    ("_MCLRE_OFF _MCLR_OFF",       |part| with_bits_clear(part.config.mclre)),
-    ("_MCLRE_ON _MCLR_ON",         |part| with_bits_set(part.config.mclre)),
-    ("_LVP_OFF",                   |part| with_bits_clear(part.config.lvp)),
-    ("_LVP_ON",                    |part| with_bits_set(part.config.lvp)),
-    ("_CPD_ON _DATA_CP_ON DATA_CP_ON", |part| with_bits_clear(part.config.cpd)),
-    ("_CPD_OFF _DATA_CP_OFF DATA_CP_OFF", |part| with_bits_set(part.config.cpd)),
-    ("_FCMEN_OFF",                 |part| with_bits_clear(part.config.fcmen)),
-    ("_FCMEN_ON",                  |part| with_bits_set(part.config.fcmen)),
-    ("_IESO_OFF",                  |part| with_bits_clear(part.config.ieso)),
-    ("_IESO_ON",                   |part| with_bits_set(part.config.ieso)),
-    ("_DEBUG_ON",                  |part| with_bits_clear(debug(part))),
-    ("_DEBUG_OFF",                 |part| with_bits_set(debug(part))),
-    ("_CCPMX_RB0 _CCP1_RB0",       |part| ccp1(part, "RB0")),
-    ("_CCPMX_RB2 _CCP1_RB2",       |part| ccp1(part, "RB2")),
-    ("_CCPMX_RB3 _CCP1_RB3",       |part| ccp1(part, "RB3")),
-    ("_CP_OFF",                    |part| with_bits_set(part.config.cp)),
-    ("_CP_ON _CP_ALL _CP_All",     |part| with_bits_clear(part.config.cp)),
-    ("_CP_HALF",                   |part| protected(part, words(part) / 2)),
-    ("_CP_UPPER_256",              |part| protected(part, words(part).checked_sub(256)?)),
+    named("_FOSC_LP _LP_OSC",           |part| oscillator(part, OscillatorMode::Lp, 0)),
+    named("_FOSC_XT _XT_OSC",           |part| oscillator(part, OscillatorMode::Xt, 0)),
+    named("_FOSC_HS _HS_OSC",           |part| oscillator(part, OscillatorMode::Hs, 0)),
+    named("_FOSC_EC _FOSC_ECIO _EXTCLK _EXTCLK_OSC", |part| oscillator(part, OscillatorMode::Ec, 0x40)),
+    named("_FOSC_INTOSCIO _INTRC_OSC_NOCLKOUT _INTOSC_OSC_NOCLKOUT _INTRC_IO", |part| oscillator(part, OscillatorMode::Internal, 0xC0)),
+    named("_FOSC_INTOSCCLK _INTRC_OSC_CLKOUT _INTOSC_OSC_CLKOUT _INTRC_CLKOUT", |part| oscillator(part, OscillatorMode::Internal, 0x80)),
+    named("_FOSC_ERIO _ER_OSC_NOCLKOUT _FOSC_EXTRCIO _RC_OSC_NOCLKOUT _EXTRC_IO", |part| oscillator(part, OscillatorMode::Rc, 0x40)),
+    named("_FOSC_ERCLK _ER_OSC_CLKOUT _FOSC_EXTRCCLK _RC_OSC_CLKOUT _EXTRC_CLKOUT", |part| clock_out(part, true)),
+    named("_FOSC_EXTRC _FOSC_RC _RC_OSC", |part| clock_out(part, false)),
+    named("_WDTE_OFF _WDT_OFF",         |part| with_bits_clear(part.config.wdte)),
+    named("_WDTE_ON _WDT_ON",           |part| with_bits_set(part.config.wdte)),
+    named("_PWRTE_OFF",                 |part| power_up(part, false)),
+    named("_PWRTE_ON",                  |part| power_up(part, true)),
+    named("_BOREN_OFF _BODEN_OFF",      |part| with_bits_clear(part.config.boren)),
+    named("_BOREN_ON _BODEN_ON",        |part| with_bits_set(part.config.boren)),
+    named("_MCLRE_OFF _MCLR_OFF",       |part| with_bits_clear(part.config.mclre)),
+    named("_MCLRE_ON _MCLR_ON",         |part| with_bits_set(part.config.mclre)),
+    named("_LVP_OFF",                   |part| with_bits_clear(part.config.lvp)),
+    named("_LVP_ON",                    |part| with_bits_set(part.config.lvp)),
+    named("_CPD_ON _DATA_CP_ON DATA_CP_ON", |part| with_bits_clear(part.config.cpd)),
+    named("_CPD_OFF _DATA_CP_OFF DATA_CP_OFF", |part| with_bits_set(part.config.cpd)),
+    named("_FCMEN_OFF",                 |part| with_bits_clear(part.config.fcmen)),
+    named("_FCMEN_ON",                  |part| with_bits_set(part.config.fcmen)),
+    named("_IESO_OFF",                  |part| with_bits_clear(part.config.ieso)),
+    named("_IESO_ON",                   |part| with_bits_set(part.config.ieso)),
+    named("_DEBUG_ON",                  |part| with_bits_clear(debug(part))),
+    named("_DEBUG_OFF",                 |part| with_bits_set(debug(part))),
+    named("_CCPMX_RB0 _CCP1_RB0",       |part| ccp1(part, "RB0")),
+    named("_CCPMX_RB2 _CCP1_RB2",       |part| ccp1(part, "RB2")),
+    named("_CCPMX_RB3 _CCP1_RB3",       |part| ccp1(part, "RB3")),
+    named("_CP_OFF",                    |part| with_bits_set(part.config.cp)),
+    named("_CP_ON _CP_ALL _CP_All",     |part| with_bits_clear(part.config.cp)),
+    named("_CP_HALF",                   |part| protected(part, words(part) / 2)),
+    named("_CP_UPPER_256",              |part| protected(part, words(part).checked_sub(256)?)),
     // Only the 16F628 has a field that protects quarters, written twice (DS40300, register 14-1).
-    ("_CP_75",                     |part| (part.config.cp == 0x3C00).then_some(0x17FF)),
-    ("_CP_50",                     |part| (part.config.cp == 0x3C00).then_some(0x2BFF)),
-    ("_WRT_OFF _WRT_ENABLE_OFF",   |part| writable_from(part, words(part), 0)),
-    ("_WRT_PROTECT_OFF",           |part| writable_from(part, words(part), 0).filter(|_| has_several_words(part))),
-    ("_WRT_ON _WRT_ENABLE_ON",     |part| writable_from(part, 0, 0).filter(|_| !has_several_words(part))),
-    ("_WRT_ALL",                   |part| writable_from(part, 0, words(part))),
-    ("_WRT_PROTECT_ALL",           |part| protects(part, words(part))),
-    ("_WRT_HALF",                  |part| protects(part, words(part) / 2)),
-    ("_WRT_1FOURTH",               |part| protects(part, words(part) / 4)),
-    ("_WRT_256 _WRT_PROTECT_256",  |part| protects(part, 256)),
-    ("_WRT_512 _WRT_ENABLE_512",   |part| protects(part, 512)),
-    ("_WRT_1024 _WRT_ENABLE_1024", |part| protects(part, 1024)),
-    ("_WRT_1536 _WRT_ENABLE_1536", |part| protects(part, 1536)),
-    ("_WRT_2048 _WRT_PROTECT_2048", |part| protects(part, 2048)),
-    ("_CONFIG _CONFIG1",           |part| part.config.words.first().copied()),
-    ("_CONFIG2",                   |part| part.config.words.get(1).copied()),
-    ("_DEVID1",                    |part| part.device_id.map(|_| 0x2006)),
-    ("_IDLOC0",                    |_| Some(0x2000)),
-    ("_IDLOC1",                    |_| Some(0x2001)),
-    ("_IDLOC2",                    |_| Some(0x2002)),
-    ("_IDLOC3",                    |_| Some(0x2003)),
+    named("_CP_75",                     |part| (part.config.cp == 0x3C00).then_some(0x17FF)),
+    named("_CP_50",                     |part| (part.config.cp == 0x3C00).then_some(0x2BFF)),
+    named("_WRT_OFF _WRT_ENABLE_OFF",   |part| writable_from(part, words(part), 0)),
+    named("_WRT_PROTECT_OFF",           |part| writable_from(part, words(part), 0).filter(|_| has_several_words(part))),
+    named("_WRT_ON _WRT_ENABLE_ON",     |part| writable_from(part, 0, 0).filter(|_| !has_several_words(part))),
+    named("_WRT_ALL",                   |part| writable_from(part, 0, words(part))),
+    named("_WRT_PROTECT_ALL",           |part| protects(part, words(part))),
+    named("_WRT_HALF",                  |part| protects(part, words(part) / 2)),
+    named("_WRT_1FOURTH",               |part| protects(part, words(part) / 4)),
+    named("_WRT_256 _WRT_PROTECT_256",  |part| protects(part, 256)),
+    named("_WRT_512 _WRT_ENABLE_512",   |part| protects(part, 512)),
+    named("_WRT_1024 _WRT_ENABLE_1024", |part| protects(part, 1024)),
+    named("_WRT_1536 _WRT_ENABLE_1536", |part| protects(part, 1536)),
+    named("_WRT_2048 _WRT_PROTECT_2048", |part| protects(part, 2048)),
+    named("_CONFIG _CONFIG1",           |part| part.config.words.first().copied()),
+    named("_CONFIG2",                   |part| part.config.words.get(1).copied()),
+    named("_DEVID1",                    |part| part.device_id.map(|_| 0x2006)),
+    named("_IDLOC0",                    |_| Some(0x2000)),
+    named("_IDLOC1",                    |_| Some(0x2001)),
+    named("_IDLOC2",                    |_| Some(0x2002)),
+    named("_IDLOC3",                    |_| Some(0x2003)),
 ];
 
 /// Returns the named constants of the chip `name`; empty for a chip of another crate.
-pub(super) fn names_of_chip(name: &str) -> Vec<(&'static str, i32)> {
+pub(super) fn names_of_chip(name: &str) -> Vec<NamedConstant> {
     let Some(part) = part(name) else { return Vec::new() };
-    let mut all = vec![("W", 0), ("F", 1)];
-    all.extend(part.bits.iter().map(|&(_, name, bit)| (name, i32::from(bit))));
-    all.extend(ALIASES.iter().filter_map(|&(name, sfr)| Some((name, i32::from(part.addr(sfr)?)))));
-    let values = CONFIG_NAMES.iter().filter_map(|&(names, value)| Some((names, i32::from(value(part)?))));
-    all.extend(values.flat_map(|(names, value)| names.split(' ').map(move |name| (name, value))));
+    let constant = |name, value: u16| NamedConstant { name, value: i32::from(value) };
+    let mut all = vec![constant("W", 0), constant("F", 1)];
+    all.extend(part.bits.iter().map(|bit| constant(bit.name, bit.bit.into())));
+    all.extend(ALIASES.iter().filter_map(|&(name, sfr)| Some(constant(name, part.addr(sfr)?))));
+    let values = CONFIG_NAMES.iter().filter_map(|row| Some((row.names, (row.value)(part)?)));
+    all.extend(values.flat_map(|(names, value)| names.split(' ').map(move |name| constant(name, value))));
     all
 }
 

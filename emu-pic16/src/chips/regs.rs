@@ -2,6 +2,7 @@
 //! sheets, "Register file map", and the sections of the peripherals).
 
 use super::FlagLocation;
+use crate::chips::SfrBitPlace;
 use crate::periph::map::{InterruptFlag, Sfr};
 
 /// Rows of address and register.
@@ -98,25 +99,27 @@ pub(super) const fn mirrored<const N: usize>(banks: &[(u16, Sfr)]) -> [(u16, Sfr
 /// Rows of flags whose enable is the same bit in another register.
 macro_rules! flags {
     ($($flag:ident $at:ident $enable:ident $bit:literal)*) => { &[ $( FlagLocation {
-        flag: InterruptFlag::$flag, at: (Sfr::$at, $bit), enable: (Sfr::$enable, $bit), peripheral: true,
+        flag: InterruptFlag::$flag, at: SfrBitPlace { sfr: Sfr::$at, bit: $bit }, enable: SfrBitPlace { sfr: Sfr::$enable, bit: $bit }, peripheral: true,
     } ),* ] };
 }
 
 /// Returns a flag that PEIE does not gate.
-const fn intcon_flag(flag: InterruptFlag, at: (Sfr, u8), enable: u8) -> FlagLocation {
-    FlagLocation { flag, at, enable: (Sfr::INTCON, enable), peripheral: false }
+const fn intcon_flag(flag: InterruptFlag, at: SfrBitPlace, enable: u8) -> FlagLocation {
+    FlagLocation { flag, at, enable: SfrBitPlace { sfr: Sfr::INTCON, bit: enable }, peripheral: false }
 }
 
 /// Flags in INTCON.
 pub(super) const F_CORE: &[FlagLocation] = &[
-    intcon_flag(InterruptFlag::T0IF, (Sfr::INTCON, 2), 5),
-    intcon_flag(InterruptFlag::INTF, (Sfr::INTCON, 1), 4),
-    intcon_flag(InterruptFlag::RBIF, (Sfr::INTCON, 0), 3),
+    intcon_flag(InterruptFlag::T0IF, SfrBitPlace { sfr: Sfr::INTCON, bit: 2 }, 5),
+    intcon_flag(InterruptFlag::INTF, SfrBitPlace { sfr: Sfr::INTCON, bit: 1 }, 4),
+    intcon_flag(InterruptFlag::RBIF, SfrBitPlace { sfr: Sfr::INTCON, bit: 0 }, 3),
 ];
 /// Flag of the 16F84's EEPROM: EEIF is in EECON1, EEIE in INTCON.
-pub(super) const F_EEPROM_84: &[FlagLocation] = &[intcon_flag(InterruptFlag::EEIF, (Sfr::EECON1, 4), 6)];
+pub(super) const F_EEPROM_84: &[FlagLocation] =
+    &[intcon_flag(InterruptFlag::EEIF, SfrBitPlace { sfr: Sfr::EECON1, bit: 4 }, 6)];
 /// Flag of the 16C71's converter: ADIF is in ADCON0, ADIE in INTCON.
-pub(super) const F_ADC_71: &[FlagLocation] = &[intcon_flag(InterruptFlag::ADIF, (Sfr::ADCON0, 1), 6)];
+pub(super) const F_ADC_71: &[FlagLocation] =
+    &[intcon_flag(InterruptFlag::ADIF, SfrBitPlace { sfr: Sfr::ADCON0, bit: 1 }, 6)];
 /// Flags of timers 1 and 2 and CCP1.
 pub(super) const F_TIMERS: &[FlagLocation] = flags! { TMR1IF PIR1 PIE1 0 TMR2IF PIR1 PIE1 1 CCP1IF PIR1 PIE1 2 };
 /// Flag of the SSP.

@@ -11,8 +11,17 @@ use crate::executor::DATA_ADDRESSES;
 use crate::isa::{Pic16OpKind, SPAN};
 use crate::soc::CoreRequest;
 
+/// The core registers that an iteration of a polling loop must repeat.
+#[derive(PartialEq)]
+pub struct LoopState {
+    w: u32,
+    status: u8,
+    indirect_address: u32,
+    pclath: u32,
+}
+
 impl CpuEngine for Pic16 {
-    type CoreState = (u32, u8, u32, u32);
+    type CoreState = LoopState;
 
     emu_core::engine_methods!();
 
@@ -56,7 +65,7 @@ impl CpuEngine for Pic16 {
         let cycles = if since < now { 1 } else { 2 };
         self.soc.acknowledge_interrupt(1, now);
         probe.on_interrupt(now, 1);
-        self.core = self.executor(probe).0.enter_interrupt(cycles);
+        self.core = self.executor(probe).executor.enter_interrupt(cycles);
         true
     }
 
@@ -73,7 +82,8 @@ impl CpuEngine for Pic16 {
         self.ram[usize::from(number) % DATA_ADDRESSES] = value;
     }
     fn core_state(&self) -> Self::CoreState {
-        (self.core.w, self.core.status(), self.core.indirect_address, self.core.pclath)
+        let core = &self.core;
+        LoopState { w: core.w, status: core.status(), indirect_address: core.indirect_address, pclath: core.pclath }
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {
@@ -82,7 +92,7 @@ impl CpuEngine for Pic16 {
         if op.kind == Pic16OpKind::Illegal {
             return Err(ProgramError::Illegal { pc, word: self.code.words[pc as usize % SPAN] });
         }
-        self.core = self.executor(probe).0.single(op);
+        self.core = self.executor(probe).executor.single(op);
         Ok(())
     }
 }

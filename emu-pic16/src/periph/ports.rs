@@ -4,6 +4,7 @@
 //! only pulled low. An analog input reads 0 regardless of its level. A pin that nothing drives keeps its
 //! charge.
 
+use emu_core::PinOutput;
 use emu_core::pins::{PinId, PinLevel, PinState};
 
 use super::Pic16Drive;
@@ -186,7 +187,7 @@ impl Pic16Ports {
 
     /// Reports whether a pin is an output that only follows its latch.
     fn is_plain(&self, pin: PinId) -> bool {
-        let driven = self.driven_level(pin).0 != PinLevel::Float && self.pin(pin).external == PinLevel::Float;
+        let driven = self.driven_level(pin).level != PinLevel::Float && self.pin(pin).external == PinLevel::Float;
         let taken = self.taken.get(usize::from(pin)).is_none_or(|taken| taken.drive != Pic16Drive::Port);
         let open = self
             .at
@@ -294,7 +295,7 @@ impl Pic16Ports {
     }
 
     fn settle_from(&mut self, pin: PinId, before: PinState, t: u64) -> Option<PinChange> {
-        let (own, pull_up) = self.driven_level(pin);
+        let PinOutput { level: own, pull_up } = self.driven_level(pin);
         let wire = self.pins.get_mut(usize::from(pin))?;
         (wire.driven, wire.pull_up) = (own, pull_up);
         wire.settle(t);
@@ -308,10 +309,10 @@ impl Pic16Ports {
     }
 
     /// Computes how the chip drives a pin: the level, and whether the pull-up is on.
-    fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
+    fn driven_level(&self, pin: PinId) -> PinOutput {
         let (port, bit) = self.at.get(usize::from(pin)).map_or((7, 0), |&(port, bit)| (usize::from(port), bit));
         let Some(row) = self.ports.get(port).filter(|_| !self.is_withheld(pin)) else {
-            return (PinLevel::Float, false);
+            return PinOutput { level: PinLevel::Float, pull_up: false };
         };
         let taken = self.taken.get(usize::from(pin)).copied().unwrap_or_default();
         let input = (self.tris[port] | row.inputs) >> bit & 1 == 1;
@@ -326,6 +327,6 @@ impl Pic16Ports {
         let holds_back = input && !(taken.over_tris && taken.drive != Pic16Drive::Port);
         let open = row.open >> bit & 1 == 1;
         let level = if holds_back || open && wanted == PinLevel::High { PinLevel::Float } else { wanted };
-        (level, port == PORTB && self.pull_ups && input)
+        PinOutput { level, pull_up: port == PORTB && self.pull_ups && input }
     }
 }

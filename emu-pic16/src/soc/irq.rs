@@ -11,7 +11,7 @@
 use emu_core::cpu::NEVER;
 
 use super::Pic16Soc;
-use crate::chips::{FlagLocation, Pic16Part};
+use crate::chips::{FlagLocation, Pic16Part, SfrBit, SfrBitPlace};
 use crate::periph::map::{InterruptFlag, Sfr};
 use crate::periph::ports::PORTB;
 
@@ -61,7 +61,7 @@ emu_core::state! { Pic16Interrupts { enables, pir, before, changed, at, sampled,
 impl Pic16Interrupts {
     /// Returns the state with no flags and no enables.
     pub fn new(part: &'static Pic16Part) -> Pic16Interrupts {
-        let bit = |flag| part.flags.iter().find(|row| row.flag == flag).map_or(0, |row| 1 << row.at.1);
+        let bit = |flag| part.flags.iter().find(|row| row.flag == flag).map_or(0, |row| 1 << row.at.bit);
         Pic16Interrupts {
             enables: InterruptEnables::default(),
             pir: [0; 2],
@@ -70,7 +70,7 @@ impl Pic16Interrupts {
             at: NEVER,
             sampled: [NEVER; 2],
             seen_port_b: 0,
-            flag_outside_pir: part.flags.iter().find(|row| !matches!(row.at.0, Sfr::PIR1 | Sfr::PIR2 | Sfr::INTCON)),
+            flag_outside_pir: part.flags.iter().find(|row| !matches!(row.at.sfr, Sfr::PIR1 | Sfr::PIR2 | Sfr::INTCON)),
             levels: [bit(InterruptFlag::RCIF), bit(InterruptFlag::TXIF)],
         }
     }
@@ -91,7 +91,7 @@ impl Pic16Soc {
     /// Sets a flag that a peripheral raises at the clock `t`.
     pub(super) fn raise(&mut self, flag: InterruptFlag, t: u64) {
         let Some(row) = self.part.flags.iter().find(|row| row.flag == flag) else { return };
-        let (register, bit) = row.at;
+        let SfrBitPlace { sfr: register, bit } = row.at;
         match register {
             // These flags are levels of the USART.
             _ if matches!(flag, InterruptFlag::RCIF | InterruptFlag::TXIF) => {}
@@ -116,14 +116,14 @@ impl Pic16Soc {
 
     /// Reports whether the enable bit at register and bit `at` is set, and PEIE too if the flag is
     /// `peripheral`.
-    pub(super) fn is_enabled(&self, enables: InterruptEnables, at: (Sfr, u8), peripheral: bool) -> bool {
-        let byte = match at.0 {
+    pub(super) fn is_enabled(&self, enables: InterruptEnables, at: SfrBitPlace, peripheral: bool) -> bool {
+        let byte = match at.sfr {
             Sfr::INTCON => enables.intcon,
             Sfr::PIE1 => enables.pie[0],
             Sfr::PIE2 => enables.pie[1],
             _ => 0,
         };
-        byte >> at.1 & 1 == 1 && (!peripheral || enables.intcon & PEIE != 0)
+        byte >> at.bit & 1 == 1 && (!peripheral || enables.intcon & PEIE != 0)
     }
 
     /// Reports whether a flag is set and enabled, regardless of GIE: then it ends standby.
@@ -137,7 +137,7 @@ impl Pic16Soc {
             || peripheral && set() != 0
             || self.irq.flag_outside_pir.is_some_and(|row| {
                 self.is_enabled(self.irq.enables, row.enable, row.peripheral)
-                    && self.peek_register(row.at.0, t) >> row.at.1 & 1 == 1
+                    && self.peek_register(row.at.sfr, t) >> row.at.bit & 1 == 1
             })
     }
 
@@ -157,11 +157,15 @@ impl Pic16Soc {
     pub fn requesting_flags(&self, now: u64) -> Vec<&'static str> {
         let set = self.part.flags.iter().filter(|row| {
             self.is_enabled(self.irq.enables, row.enable, row.peripheral)
-                && self.peek_register(row.at.0, 4 * now) >> row.at.1 & 1 == 1
+                && self.peek_register(row.at.sfr, 4 * now) >> row.at.bit & 1 == 1
         });
         let name = |row: &FlagLocation| {
-            let named = self.part.bits.iter().find(|(register, _, bit)| (*register, *bit) == row.at);
-            named.map(|(_, name, _)| *name)
+            let named = self
+                .part
+                .bits
+                .iter()
+                .find(|SfrBit { sfr: register, bit, .. }| SfrBitPlace { sfr: *register, bit: *bit } == row.at);
+            named.map(|SfrBit { name, .. }| *name)
         };
         set.filter_map(name).collect()
     }

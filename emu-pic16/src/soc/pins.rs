@@ -304,7 +304,7 @@ impl Pic16Soc {
 
     /// Reports whether the flag is in this register.
     fn keeps_flag(&self, reg: Sfr, flag: InterruptFlag) -> bool {
-        self.part.flags.iter().any(|row| row.flag == flag && row.at.0 == reg)
+        self.part.flags.iter().any(|row| row.flag == flag && row.at.sfr == reg)
     }
 
     /// Reserves the pins of timer 1's oscillator, which are inputs that read 0 while it is on (DS30292, 6.5).

@@ -200,8 +200,8 @@ impl Pic16Soc {
     fn writable(&self, reg: Sfr) -> u8 {
         use crate::periph::map::InterruptFlag;
         self.part.flags.iter().fold(0, |byte, row| {
-            let flag = row.at.0 == reg && !matches!(row.flag, InterruptFlag::RCIF | InterruptFlag::TXIF);
-            byte | u8::from(flag) << row.at.1 | u8::from(row.enable.0 == reg) << row.enable.1
+            let flag = row.at.sfr == reg && !matches!(row.flag, InterruptFlag::RCIF | InterruptFlag::TXIF);
+            byte | u8::from(flag) << row.at.bit | u8::from(row.enable.sfr == reg) << row.enable.bit
         })
     }
 

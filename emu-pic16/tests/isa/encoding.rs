@@ -1,7 +1,7 @@
 //! All 16,384 program words: to text and back, and which of them are not instructions.
 
 use emu_pic16::chips::PIC16F873;
-use emu_pic16::isa::{ROWS, disassemble, encode, find_row};
+use emu_pic16::isa::{Pic16Row, ROWS, disassemble, encode, find_row};
 
 /// First and last words without a row (DS33023, table 29-2). Of the words with 0s above bit 6 only NOP,
 /// RETURN, RETFIE, OPTION, SLEEP, CLRWDT and TRIS of ports A to C are instructions; 11 1011 is not an
@@ -68,7 +68,7 @@ fn matches(pattern: &str, word: u16) -> bool {
 fn every_word_is_what_the_manual_says() {
     let mut patterns = [0; MNEMONICS.len()];
     for word in 0..0x4000 {
-        let found = find_row(word).map(|(row, _)| row.mnemonic);
+        let found = find_row(word).map(|Pic16Row { row, .. }| row.mnemonic);
         let mut wanted = MNEMONICS.iter().enumerate().filter(|(_, row)| matches(row.0, word));
         let first = wanted.next();
         assert_eq!(found, first.map(|(_, row)| row.1), "{word:04x}");
@@ -133,7 +133,7 @@ fn encoding_and_assembly_agree() {
             Ok(vec![word]),
             "{line}"
         );
-        let (_, kind) = find_row(word).unwrap_or_else(|| panic!("{line}"));
+        let Pic16Row { kind, .. } = find_row(word).unwrap_or_else(|| panic!("{line}"));
         assert_eq!(encode(kind, operands).map_err(|e| e.to_string()), Ok(word), "{line}");
     }
     // Operands beyond their field: gpasm 1.4.0 keeps the low bits and warns (202, 219, or not at all); the

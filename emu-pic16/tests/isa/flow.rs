@@ -3,6 +3,7 @@
 
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, StopReason};
+use emu_pic16::Pic16Stack;
 
 use super::rig::{TestBench, machine, machine_with, put_word, word};
 
@@ -15,12 +16,12 @@ fn calls_and_jumps_to_all_pages() {
             put_word(&mut bench.cpu, 0x1234, word(&format!("{name} {target}")));
             for pclath in 0..0x20u8 {
                 bench.put(0x0A, pclath);
-                let sp = bench.cpu.stack().1;
+                let sp = bench.cpu.stack().next;
                 assert_eq!(bench.go_from(0x1234), 2);
                 let page = u32::from(pclath / 8) * 0x800;
                 assert_eq!(bench.cpu.pc(), page + target, "{name} {target:03x} PCLATH={pclath:02x}");
                 assert_eq!(bench.get(0x0A), pclath, "{name}: PCLATH");
-                let (places, next) = bench.cpu.stack();
+                let Pic16Stack { entries: places, next } = bench.cpu.stack();
                 match name {
                     "call" => assert_eq!((places[sp], next), (0x1235, (sp + 1) % 8), "{name} {target:03x}"),
                     _ => assert_eq!(next, sp),
@@ -76,7 +77,7 @@ fn the_last_word_of_memory() {
         put_word(&mut cpu, 0x010, word("return"));
         cpu.set_pc(0x1FFF);
         assert_eq!(cpu.run(2, &mut ()), StopReason::Limit);
-        assert_eq!((cpu.pc(), cpu.stack().0[0]), (0x10, 0), "{name}");
+        assert_eq!((cpu.pc(), cpu.stack().entries[0]), (0x10, 0), "{name}");
         assert_eq!(cpu.run(4, &mut ()), StopReason::Limit);
         assert_eq!(cpu.pc(), 0, "{name}");
         put_word(&mut cpu, words - 1, word("btfsc 0x03, 0"));

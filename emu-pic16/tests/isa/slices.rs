@@ -2,7 +2,7 @@
 
 use emu_core::Cpu;
 use emu_core::rng::Rng;
-use emu_pic16::Pic16;
+use emu_pic16::{Pic16, Pic16Stack};
 use emu_test_support::slices::SliceSubject;
 
 use super::states::plan;
@@ -15,7 +15,7 @@ const SPAN: u64 = 50_000;
 
 /// Returns data memory, the stack from 200h on, its pointer, and W.
 fn seen(cpu: &Pic16) -> Vec<Option<u8>> {
-    let (stack, sp) = cpu.stack();
+    let Pic16Stack { entries: stack, next: sp } = cpu.stack();
     let stack = stack.iter().flat_map(|place| place.to_le_bytes());
     let core = stack.chain([sp as u8, cpu.reg("W").map_or(0, |w| w as u8)]);
     (0..0x200).map(|addr| cpu.peek("data", addr)).chain(core.map(Some)).collect()

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, ProgramError, StopReason};
 use emu_pic16::Pic16;
-use emu_pic16::isa::{ROWS, SHAPES, find_row};
+use emu_pic16::isa::{Pic16Row, ROWS, SHAPES, find_row};
 
 use super::rig::{FSR, INDF, PCL, PCLATH, QUIET, STATUS, machine, put_word, word};
 
@@ -134,8 +134,8 @@ impl State {
             data: kept.map(|addr| (addr, byte(addr))).collect(),
             w: cpu.reg("W").expect("a register") as u8,
             pc: cpu.pc(),
-            stack: *cpu.stack().0,
-            sp: cpu.stack().1,
+            stack: *cpu.stack().entries,
+            sp: cpu.stack().next,
         }
     }
 
@@ -295,7 +295,7 @@ fn every_row_has_a_case() {
     let mut seen: BTreeMap<usize, BTreeSet<bool>> = BTreeMap::new();
     for case in cases() {
         let word = code(&case);
-        if let Some((_, kind)) = find_row(word) {
+        if let Some(Pic16Row { kind, .. }) = find_row(word) {
             let ram = word & 0x7F >= if case.chip == "pic16f84" { 0x0C } else { 0x20 };
             seen.entry(kind as usize).or_default().insert(ram);
         }

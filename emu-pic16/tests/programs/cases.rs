@@ -207,7 +207,7 @@ fn programs_do_what_the_data_sheet_says() {
 fn state(pic: &Pic16) -> (Vec<Option<u8>>, [u16; 8], [u64; 4]) {
     let bytes = (0..0x200).map(|addr| pic.peek("data", addr)).collect();
     let counts = [pic.pc().into(), pic.cycle(), pic.instructions(), pic.reg("W").map_or(0, u64::from)];
-    (bytes, *pic.stack().0, counts)
+    (bytes, *pic.stack().entries, counts)
 }
 
 /// Runs a case to its end, with the resets that it requests; `go` runs a slice.

@@ -87,6 +87,7 @@ impl PastScan {
 }
 
 impl PanelMachine {
+    /// Makes the history of a program before its first scan.
     pub(super) fn new(program: LadderProgram, evaluator: Evaluator) -> PanelMachine {
         let mut firsts = vec![0];
         let mut rung = 0;
@@ -244,14 +245,17 @@ impl PanelMachine {
         self.current.incoming.len()
     }
 
+    /// Returns the value of a symbol in the present scan.
     pub(super) fn get(&self, symbol: usize) -> i32 {
         self.current.evaluator.get(symbol)
     }
 
+    /// Returns the number of the symbol with this name.
     pub(super) fn index(&self, name: &str) -> Option<usize> {
         self.current.evaluator.index(name)
     }
 
+    /// The symbols of the program.
     pub(super) fn symbols(&self) -> &[LadderSymbol] {
         self.current.evaluator.symbols()
     }
@@ -266,6 +270,7 @@ impl PanelMachine {
         &self.current.evaluator
     }
 
+    /// The bytes that the program has sent, the oldest first.
     pub(super) fn sent(&self) -> &VecDeque<u8> {
         &self.current.sent
     }
@@ -280,6 +285,7 @@ impl PanelMachine {
         self.program.uses_part(ChipPart::Receiver)
     }
 
+    /// The cycle time of the program in microseconds.
     pub(super) fn cycle_us(&self) -> u64 {
         self.program.settings.cycle_us
     }

@@ -3,8 +3,8 @@
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::image::{
-    Image, SourceLines, SymbolFile, SymbolSpaces, avr_device, avr_signature, load_elf, load_hex, load_messages,
-    load_omf51, load_symbols, write_hex,
+    HexSegment, Image, SourceLines, SymbolFile, SymbolSpaces, avr_device, avr_signature, load_elf, load_hex,
+    load_messages, load_omf51, load_symbols, write_hex,
 };
 use emu_debug::{AddressNames, cod};
 
@@ -27,7 +27,10 @@ pub(crate) fn hex(data: &[u8]) {
 fn image_to_hex(chip: &Chip, image: &Image) -> String {
     let place =
         |space: &str| chip.hex_spaces.iter().find(|window| window.name == space).map_or(0, |window| window.start);
-    let pieces = image.segments.iter().map(|segment| (place(segment.space) + segment.addr, segment.bytes.as_slice()));
+    let pieces = image
+        .segments
+        .iter()
+        .map(|segment| HexSegment { addr: place(segment.space) + segment.addr, bytes: &segment.bytes });
     write_hex(&pieces.collect::<Vec<_>>())
 }
 
@@ -46,7 +49,7 @@ pub(crate) fn elf(data: &[u8]) {
     }
     _ = lines.warnings();
     let info = lines.debug_info();
-    info.types().for_each(|(id, _)| _ = info.size(Some(id)));
+    info.types().for_each(|one| _ = info.size(Some(one.id)));
     _ = info.functions.iter().map(|function| function.block.blocks_around(0).len()).sum::<usize>();
 }
 

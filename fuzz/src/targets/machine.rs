@@ -19,7 +19,7 @@ const EDGES: usize = 24;
 
 /// Reads a snapshot file; written again, it must be the same.
 pub(crate) fn snapshot(data: &[u8]) {
-    if let Ok((head, state)) = snapshot::decode_snapshot("fuzz.snp", data) {
+    if let Ok(snapshot::DecodedSnapshot { header: head, state }) = snapshot::decode_snapshot("fuzz.snp", data) {
         assert!(snapshot::encode_snapshot(&head, state) == data, "it comes back as it was written");
         assert!(snapshot::decode_snapshot_for("fuzz.snp", data, &head).is_ok(), "it is of itself");
     }

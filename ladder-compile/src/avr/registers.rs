@@ -1,7 +1,7 @@
 //! Finds registers and bits of a chip by their data-sheet names, and emits the shortest access to an address.
 
 use emu_avr::isa::AvrOpKind;
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, NamedConstant};
 
 use super::arch::AvrCodeWriter;
 use crate::target::CompileTarget;
@@ -24,7 +24,7 @@ pub const SCRATCH: i32 = 19;
 pub struct AvrRegisters {
     /// The chip.
     pub chip: &'static Chip,
-    bits: Vec<(&'static str, i32)>,
+    bits: Vec<NamedConstant>,
     /// True if the compiler uses the first of two serial lines.
     uses_first_usart: bool,
 }
@@ -69,8 +69,8 @@ impl AvrRegisters {
     /// none.
     #[must_use]
     pub fn bit(&self, names: &[&str]) -> i32 {
-        let find = |name: &&str| self.bits.iter().find(|(known, _)| known == name);
-        names.iter().find_map(find).map_or(-1, |&(_, bit)| bit)
+        let find = |name: &&str| self.bits.iter().find(|NamedConstant { name: known, .. }| known == name);
+        names.iter().find_map(find).map_or(-1, |&NamedConstant { value: bit, .. }| bit)
     }
 
     /// Mask of these bits, each by the first of its names that the chip has.

@@ -129,7 +129,7 @@ const fn equal_bytes(a: &[u8], b: &[u8]) -> bool {
 /// of the chip's data sheet).
 #[must_use]
 pub fn fuse_requirements(chip: &Chip, clock_hz: u64) -> Vec<String> {
-    let has = |name: &str| (chip.constants)().iter().any(|(known, _)| *known == name);
+    let has = |name: &str| (chip.constants)().iter().any(|known| known.name == name);
     let select = match (has("FUSE_CKOPT"), clock_hz) {
         (true, 0..400_000) => "CKSEL = 1001, for a watch crystal; CKSEL = 0000 for a clock from outside",
         (true, 400_000..900_000) => "CKOPT = 1, CKSEL3..1 = 101",

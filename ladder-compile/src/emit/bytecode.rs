@@ -25,22 +25,33 @@ pub const MAGIC: [u8; 4] = [b'E', b'L', b'B', 1];
 mod code {
     /// End of a list of operations.
     pub(super) const END: u8 = 0x00;
+    /// Makes the accumulator false.
     pub(super) const FALSE: u8 = 0x01;
+    /// Makes the accumulator true.
     pub(super) const TRUE: u8 = 0x02;
     /// No operation; never emitted for a valid program.
     pub(super) const NONE: u8 = 0x03;
+    /// Loads a bit; plus 1, its complement.
     pub(super) const LOAD: u8 = 0x04;
+    /// Combines the accumulator with a bit by AND; plus 1, with its complement.
     pub(super) const AND: u8 = 0x06;
+    /// Combines the accumulator with a bit by OR; plus 1, with its complement.
     pub(super) const OR: u8 = 0x08;
+    /// Stores the accumulator in a bit; plus 1, its complement.
     pub(super) const STORE: u8 = 0x0A;
     /// Clears a bit; plus 1, sets it.
     pub(super) const CLEAR: u8 = 0x0C;
+    /// Makes the accumulator true for one scan when it becomes true.
     pub(super) const RISING: u8 = 0x0E;
+    /// Makes the accumulator true for one scan when it becomes false.
     pub(super) const FALLING: u8 = 0x0F;
+    /// Computes a word from two values; the operation is added.
     pub(super) const MATH: u8 = 0x10;
+    /// Combines the accumulator with a comparison by AND; the comparison is added.
     pub(super) const AND_COMPARE: u8 = 0x20;
     /// Skips bytes unless a comparison is true.
     pub(super) const UNLESS_COMPARE: u8 = 0x28;
+    /// Copies a value to a word.
     pub(super) const MOVE: u8 = 0x30;
     /// Skips bytes.
     pub(super) const SKIP: u8 = 0x32;
@@ -48,17 +59,25 @@ mod code {
     pub(super) const UNLESS: u8 = 0x33;
     /// Skips bytes unless a bit is 1.
     pub(super) const UNLESS_BIT: u8 = 0x34;
+    /// Reads an entry of a table.
     pub(super) const LOOKUP: u8 = 0x35;
+    /// Converts an analog input.
     pub(super) const ADC: u8 = 0x36;
+    /// Sets a PWM output.
     pub(super) const PWM: u8 = 0x37;
+    /// Sends a byte on the serial line.
     pub(super) const SEND: u8 = 0x39;
+    /// Receives a byte from the serial line.
     pub(super) const RECEIVE: u8 = 0x3B;
+    /// Reads a cell of the EEPROM.
     pub(super) const RECALL: u8 = 0x3C;
+    /// Writes a cell of the EEPROM.
     pub(super) const PERSIST: u8 = 0x3D;
     /// Increments a word.
     pub(super) const MORE: u8 = 0x3E;
     /// Decrements a word.
     pub(super) const LESS: u8 = 0x3F;
+    /// Combines two values bit by bit; the operation is added.
     pub(super) const BITWISE: u8 = 0x40;
     /// Goes on at a distance from the first operation, in three bytes.
     pub(super) const JUMP: u8 = 0x50;
@@ -66,9 +85,13 @@ mod code {
     pub(super) const TRANSFER: u8 = 0x51;
     /// Waits until the last byte has gone; a zero follows.
     pub(super) const WAIT_SENT: u8 = 0x52;
+    /// AND with one of the bits 0 to 31.
     pub(super) const SHORT_AND: u8 = 0x80;
+    /// AND with the complement of one of the bits 0 to 31.
     pub(super) const SHORT_AND_NOT: u8 = 0xA0;
+    /// Loads one of the bits 0 to 31.
     pub(super) const SHORT_LOAD: u8 = 0xC0;
+    /// Stores the accumulator in one of the bits 0 to 31.
     pub(super) const SHORT_STORE: u8 = 0xE0;
 }
 

@@ -69,6 +69,7 @@ impl Lowering<'_> {
         ]));
     }
 
+    /// Lowers an element that computes an integer from one operand, while it has power.
     pub(super) fn unary(&mut self, op: UnaryOp, dest: &str, src: &LadderOperand) {
         let (dst, src) = (self.word(dest), self.value(src));
         let ops = match op {
@@ -188,6 +189,7 @@ impl Lowering<'_> {
         ops
     }
 
+    /// Lowers a shift or rotation of the bits of an integer.
     pub(super) fn shift_bits(&mut self, op: ShiftOp, dest: &str, src: &LadderOperand, count: &LadderOperand) {
         let (dst, src, count) = (self.word(dest), self.value(src), self.value(count));
         let bytes = self.operand_bytes(src);

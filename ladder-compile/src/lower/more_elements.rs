@@ -84,6 +84,7 @@ impl Lowering<'_> {
         self.push(if_accumulator(ops));
     }
 
+    /// Lowers SEED_RANDOM: starts a sequence of random numbers, while it has power.
     pub(super) fn seed_random(&mut self, dest: &str, src: &LadderOperand) {
         let (dst, src) = (self.sequence(dest), self.value(src));
         self.push(if_accumulator(vec![IrOp::Move { dst, src }]));

@@ -23,6 +23,7 @@ fn copy_bit(dst: BitId, src: BitId) -> IrOp {
 }
 
 impl Lowering<'_> {
+    /// Lowers the elements that make pulses.
     pub(super) fn pulse_element(&mut self, element: &Element) {
         match element {
             Element::Pulser { high, low, accel, count, coil } => self.pulser([high, low, accel, count], coil),

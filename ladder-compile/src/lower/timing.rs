@@ -231,6 +231,7 @@ impl Lowering<'_> {
         self.if_comparison(CompareOp::Les, WordOperand::Cell(word), limit, runs, over)
     }
 
+    /// Lowers a counter of any kind.
     pub(super) fn counter(
         &mut self,
         kind: CounterKind,

@@ -34,8 +34,11 @@ pub enum PendingCode {
 pub struct Mcs51Selector<'a> {
     /// Writer that receives the instructions.
     pub asm: &'a mut CodeWriter<Mcs51Arch>,
+    /// The intermediate code.
     pub(super) ir: &'a Ir,
+    /// The places of bits and words.
     pub(super) layout: &'a Mcs51Layout,
+    /// The registers of the chip.
     pub(super) regs: Mcs51Registers,
     /// What is known at the current position.
     pub(super) state: SelectorState,

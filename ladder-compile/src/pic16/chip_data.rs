@@ -1,6 +1,6 @@
 //! Chip data for the back end: registers and bits by name, and the banks from which a byte can be accessed.
 
-use emu_pic16::chips::{FileSlot, Pic16Part};
+use emu_pic16::chips::{FileSlot, Pic16Part, SfrBit};
 use emu_pic16::periph::map::Sfr;
 
 /// A set of banks: bit n represents bank n.
@@ -49,8 +49,8 @@ impl Pic16ChipData {
     /// Address and bit number of a register bit, by its name.
     #[must_use]
     pub fn bit(&self, name: &str) -> (u16, u8) {
-        let found = self.part.bits.iter().find(|(_, bit, _)| *bit == name);
-        found.map_or((0, 0), |&(sfr, _, bit)| (self.reg(sfr), bit))
+        let found = self.part.bits.iter().find(|SfrBit { name: bit, .. }| *bit == name);
+        found.map_or((0, 0), |&SfrBit { sfr, bit, .. }| (self.reg(sfr), bit))
     }
 
     /// Mask of several bits of one register.
@@ -62,6 +62,6 @@ impl Pic16ChipData {
     /// True if a register has a bit with this name.
     #[must_use]
     pub fn has_bit(&self, name: &str) -> bool {
-        self.part.bits.iter().any(|(_, bit, _)| *bit == name)
+        self.part.bits.iter().any(|SfrBit { name: bit, .. }| *bit == name)
     }
 }

@@ -101,7 +101,8 @@ impl MachinePair {
     /// Creates both with given intermediate code.
     pub fn of(program: &LadderProgram, ir: Ir) -> Result<MachinePair, BuildRefusal> {
         let built = build(program, &ir)?;
-        let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
+        let segments: Vec<_> =
+            built.segments.iter().map(|(at, bytes)| emu_core::image::HexSegment { addr: *at, bytes }).collect();
         let hex = emu_core::image::write_hex(&segments);
         let image =
             emu_core::image::load_hex("image", hex.as_bytes(), TARGET.chip.hex_spaces).expect("a sound image").image;

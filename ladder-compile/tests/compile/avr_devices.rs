@@ -25,7 +25,8 @@ fn target(name: &str) -> &'static CompileTarget {
 }
 
 fn machine(chip: &'static emu_core::Chip, built: &ladder_compile::target::BuiltImage, hz: u64) -> Avr {
-    let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
+    let segments: Vec<_> =
+        built.segments.iter().map(|(at, bytes)| emu_core::image::HexSegment { addr: *at, bytes }).collect();
     let hex = emu_core::image::write_hex(&segments);
     let image = emu_core::image::load_hex("image", hex.as_bytes(), chip.hex_spaces).expect("a sound image").image;
     Avr::with(chip, &image, RamInit::Random(5), Options::at_hz(hz))

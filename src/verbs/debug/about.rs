@@ -1,7 +1,7 @@
 //! Topics of `info` about the whole program: scopes, addresses, memories, and what a chip does not have.
 
-use emu_core::chip::Chip;
-use emu_debug::debug::{ExpressionPlace, ObjectExpr};
+use emu_core::chip::{Chip, ChipSpace};
+use emu_debug::debug::{ExpressionPlace, NamedObject, ObjectExpr};
 
 use super::info;
 use super::numbers::hex;
@@ -10,7 +10,7 @@ use super::shell::{CommandResult, DebugShell};
 /// `info scope LOCATION`: lists the parameters and variables of the function at a location.
 pub(super) fn scope(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("which location? info scope price, info scope main.c:12".to_owned());
+        return Err("which location? info scope price, info scope main.c:12".into());
     }
     let word = shell.parse_line_location(args)?.first().copied().unwrap_or_default();
     let scope = &shell.session.scope;
@@ -19,7 +19,7 @@ pub(super) fn scope(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
         true => format!("Symbol table for {args} contains no locals or arguments.\n"),
         false => format!("Scope for {args}:\n"),
     });
-    for (name, object) in variables {
+    for NamedObject { name, object } in variables {
         let bytes = object.bytes().unwrap_or(0);
         let place = match object.place(shell.session.machine()) {
             Some(place) if !object.is_local() => format!("in static storage at address {}", data_address(shell, place)),
@@ -79,7 +79,7 @@ fn data_address(shell: &DebugShell, place: ExpressionPlace) -> String {
 pub(super) fn files(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     let chip = shell.session.scope.chip();
     out.push_str(&format!("Symbols from {}\n{}:\n", shell.file, chip.name));
-    for (name, size, _) in chip.spaces {
+    for ChipSpace { name, size, .. } in chip.spaces {
         out.push_str(&format!("  0x{:04x} - 0x{:04x} is {name}\n", 0, size.saturating_sub(1)));
     }
     Ok(())

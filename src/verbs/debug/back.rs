@@ -1,26 +1,30 @@
 //! Commands that go back in time.
 
 use emu_debug::debug::{
-    AccessKind, DebugExpression, ExpressionPlace, NameScope, PassedPosition, PointHit, PointTrigger, SessionStopReason,
-    UserAction,
+    AccessKind, DebugExpression, EarlierHit, ExpressionPlace, NameScope, PassedPosition, PointHit, PointTrigger,
+    SessionStopReason, TimedAction, UserAction,
 };
 
+use super::command_error::CommandError;
 use super::frames::{CallScope, FrameSearch};
 use super::numbers::short_hex;
 use super::shell::{CommandResult, DebugShell};
 use super::steps::repeat_steps;
 
+/// `reverse-stepi`: goes back by instructions.
 pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
     shell.run_and_report(out, |session, keep_running| session.step_back(count, keep_running));
     Ok(())
 }
 
+/// `reverse-continue`: goes back to the last hit of a breakpoint or watchpoint.
 pub(super) fn reverse_continue(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     shell.run_and_report(out, |session, keep_running| session.run_back(keep_running));
     Ok(())
 }
 
+/// `goto-cycle`: goes to a cycle, forwards or backwards.
 pub(super) fn goto_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let cycle = shell.parse_cycle(args)?;
     shell.run_and_report(out, |session, keep_running| {
@@ -72,6 +76,7 @@ fn has_lines(shell: &DebugShell) -> bool {
     !shell.session.scope.lines.all_lines().is_empty()
 }
 
+/// `reverse-step`: goes back to the beginning of the last line, also in calls.
 pub(super) fn step(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !has_lines(shell) {
         return reverse_search(shell, args, CallScope::Into, |_, _| true, out);
@@ -79,6 +84,7 @@ pub(super) fn step(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     reverse_search(shell, args, CallScope::Into, begins_line, out)
 }
 
+/// `reverse-next`: goes back to the beginning of the last line of the function.
 pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !has_lines(shell) {
         return reverse_search(shell, args, CallScope::Over, |_, _| true, out);
@@ -86,29 +92,32 @@ pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     reverse_search(shell, args, CallScope::Over, begins_line, out)
 }
 
+/// `reverse-nexti`: goes back by instructions, over calls.
 pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     reverse_search(shell, args, CallScope::Over, |_, _| true, out)
 }
 
+/// `reverse-finish`: goes back to the call of the function.
 pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     if shell.return_addresses().is_empty() {
-        return Err("the stack contains no call to go back out of".to_owned());
+        return Err("the stack contains no call to go back out of".into());
     }
     reverse_search(shell, "", CallScope::Out, |_, _| true, out)
 }
 
+/// `last-write`: finds the last change of a place; with ` go`, goes there.
 pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (text, moves) = match args.strip_suffix(" go") {
         Some(text) => (text.trim(), true),
         None => (args.trim(), false),
     };
     if text.is_empty() {
-        return Err("the place is missing: last-write buf, last-write PORTB.5, last-write data:0x100".to_owned());
+        return Err("the place is missing: last-write buf, last-write PORTB.5, last-write data:0x100".into());
     }
     let here = shell.session.machine().cycle();
     let mut found = last_change(shell, text)?;
     // The machine is at that write already, so the write before it is meant.
-    if moves && found.is_some_and(|(cycle, _)| cycle == here) {
+    if moves && found.is_some_and(|EarlierHit { cycle, .. }| cycle == here) {
         shell.session.step_back(1, &mut || true);
         found = last_change(shell, text)?;
         if found.is_none() {
@@ -118,7 +127,7 @@ pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -
     let place = shell.parse_expression(text)?.place(shell.session.machine());
     if let Some((cycle, value)) =
         place.and_then(|place| last_set(shell, place, if moves { here } else { here.saturating_add(1) }))
-        && found.is_none_or(|(last, _)| cycle >= last)
+        && found.is_none_or(|EarlierHit { cycle: last, .. }| cycle >= last)
     {
         out.push_str(&format!("{text} {}, set by hand at cycle {cycle}\n", short_hex(value)));
         if moves {
@@ -126,7 +135,7 @@ pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -
         }
         return Ok(());
     }
-    let Some((cycle, hit)) = found else {
+    let Some(EarlierHit { cycle, hit }) = found else {
         out.push_str(&format!("{text} did not change in this history\n"));
         return Ok(());
     };
@@ -143,6 +152,7 @@ pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -
     Ok(())
 }
 
+/// `reverse-last`: goes back to the last change of a place.
 pub(super) fn reverse_last(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     last_write(shell, &format!("{args} go"), out)
 }
@@ -162,7 +172,7 @@ fn last_set(shell: &DebugShell, place: ExpressionPlace, end: u64) -> Option<(u64
         (.., Some((space, own)), Some((of, set))) => space == of && own.start < set.end && set.start < own.end,
         _ => place == other,
     };
-    let sets = shell.session.input_events().filter_map(|(cycle, action)| match action {
+    let sets = shell.session.input_events().filter_map(|TimedAction { cycle, action }| match action {
         UserAction::Set(set, _) if touches(*set) => Some(cycle),
         _ => None,
     });
@@ -172,8 +182,8 @@ fn last_set(shell: &DebugShell, place: ExpressionPlace, end: u64) -> Option<(u64
 }
 
 /// Finds the last change of a place, or if there is none the last write to its bytes.
-fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<(u64, PointHit)>, String> {
-    let interrupted = |_| "interrupted".to_owned();
+fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<EarlierHit>, CommandError> {
+    let interrupted = |_| CommandError::from("interrupted");
     let expr = shell.parse_expression(text)?;
     let place = expr.place(shell.session.machine()).ok_or_else(|| format!("`{text}` cannot be written"))?;
     let bytes = match place {
@@ -181,7 +191,7 @@ fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<(u64, PointH
         ExpressionPlace::Bit { space, addr, .. } => Some((space, addr, 1)),
         ExpressionPlace::Pin(_) | ExpressionPlace::Reg(_) | ExpressionPlace::RegBit { .. } => None,
         ExpressionPlace::Pc | ExpressionPlace::Cycle | ExpressionPlace::Instructions => {
-            return Err(format!("`{text}` changes with every instruction"));
+            return Err(format!("`{text}` changes with every instruction").into());
         }
     };
     let by_bytes = |shell: &mut DebugShell| {
@@ -193,16 +203,16 @@ fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<(u64, PointH
             .last_access(PointTrigger::Access(range, AccessKind::Write), &mut shell.keep_running())
             .map_err(interrupted)
     };
-    let by_value =
-        |shell: &mut DebugShell| {
-            let found = shell
-                .session
-                .last_access(PointTrigger::Change(DebugExpression::Place(place)), &mut shell.keep_running())
-                .map_err(interrupted)?;
-            Ok::<_, String>(found.map(|(cycle, hit)| {
-                (cycle, PointHit { pc: shell.session.step_ending_at(cycle).unwrap_or(hit.pc), ..hit })
-            }))
-        };
+    let by_value = |shell: &mut DebugShell| {
+        let found = shell
+            .session
+            .last_access(PointTrigger::Change(DebugExpression::Place(place)), &mut shell.keep_running())
+            .map_err(interrupted)?;
+        Ok::<_, CommandError>(found.map(|EarlierHit { cycle, hit }| {
+            let pc = shell.session.step_ending_at(cycle).unwrap_or(hit.pc);
+            EarlierHit { cycle, hit: PointHit { pc, ..hit } }
+        }))
+    };
     // The byte of a bit is also written for other bits, and a register of the chip can change without a
     // write.
     if matches!(place, ExpressionPlace::Memory { .. }) {

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::command_error::CommandError;
 use super::commands::{CommandLine, find_command, split_command};
 use super::shell::{CommandResult, DebugShell};
 
@@ -54,6 +55,7 @@ pub(super) struct OpenBlock {
 #[derive(Default)]
 pub(super) struct UserCommand {
     lines: Vec<String>,
+    /// The text for `help`, if the user gave one.
     pub(super) help: Option<String>,
 }
 
@@ -181,7 +183,7 @@ impl DebugShell {
             BlockKind::Refused => {}
             BlockKind::Foreign(word) => {
                 let why = find_command(&word).err().unwrap_or_default();
-                return Err(format!("{why}; its lines up to `end` are skipped"));
+                return Err(format!("{why}; its lines up to `end` are skipped").into());
             }
         }
         Ok(())
@@ -233,22 +235,22 @@ impl DebugShell {
             Some(BlockKind::If(condition)) => format!("`if {condition}` lacks"),
             Some(BlockKind::Foreign(word)) => format!("`{word}` lacks"),
         };
-        Err(format!("{what} their `end`").replace("lacks their", "lacks its"))
+        Err(format!("{what} their `end`").replace("lacks their", "lacks its").into())
     }
 }
 
 /// Checks the name of a user-defined command.
-fn user_name(args: &str) -> Result<String, String> {
+fn user_name(args: &str) -> Result<String, CommandError> {
     let is_name = !args.is_empty() && args.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
     if !is_name {
-        return Err("write the name of the command: define twice".to_owned());
+        return Err("write the name of the command: define twice".into());
     }
     if args.starts_with("hook-") || args.starts_with("hookpost-") {
-        return Err("there are no hooks; `display` and `commands` do something at a stop".to_owned());
+        return Err("there are no hooks; `display` and `commands` do something at a stop".into());
     }
     match find_command(args) {
         Ok(own) if own.name == args || own.aliases.contains(&args) => {
-            Err(format!("`{args}` is a command of the debugger; choose another name"))
+            Err(format!("`{args}` is a command of the debugger; choose another name").into())
         }
         _ => Ok(args.to_owned()),
     }
@@ -256,7 +258,7 @@ fn user_name(args: &str) -> Result<String, String> {
 
 /// Opens a block. If its first command is refused, its lines are skipped, because they are not commands of
 /// their own.
-fn open(shell: &mut DebugShell, kind: Result<BlockKind, String>) -> CommandResult {
+fn open(shell: &mut DebugShell, kind: Result<BlockKind, CommandError>) -> CommandResult {
     let (kind, done) = match kind {
         Ok(kind) => (kind, Ok(())),
         Err(why) => (BlockKind::Refused, Err(why)),
@@ -265,26 +267,30 @@ fn open(shell: &mut DebugShell, kind: Result<BlockKind, String>) -> CommandResul
     done
 }
 
+/// `define`: reads the lines of a user-defined command.
 pub(super) fn define(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     open(shell, user_name(args).map(BlockKind::Define))
 }
 
+/// `document`: reads the help of a user-defined command.
 pub(super) fn document(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     let known = shell.user_commands.contains_key(args).then(|| BlockKind::Document(args.to_owned()));
-    open(shell, known.ok_or_else(|| format!("no command `{args}` is defined; `define` does that")))
+    open(shell, known.ok_or_else(|| format!("no command `{args}` is defined; `define` does that").into()))
 }
 
+/// `while`: reads the lines of a loop.
 pub(super) fn while_loop(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     open(shell, condition(args).map(BlockKind::While))
 }
 
+/// `if`: reads the lines of a condition.
 pub(super) fn if_block(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     open(shell, condition(args).map(BlockKind::If))
 }
 
-fn condition(args: &str) -> Result<String, String> {
+fn condition(args: &str) -> Result<String, CommandError> {
     let why = "the condition is missing: while $i < 10, if x > 5";
-    Some(args.to_owned()).filter(|args| !args.is_empty()).ok_or_else(|| why.to_owned())
+    Some(args.to_owned()).filter(|args| !args.is_empty()).ok_or_else(|| why.into())
 }
 
 /// Drops the queue up to the start of the next iteration of the running loop.
@@ -294,10 +300,12 @@ fn skip_iteration(queue: &mut VecDeque<String>) -> CommandResult {
     Ok(())
 }
 
+/// `loop_continue`: begins the next iteration of the loop.
 pub(super) fn loop_continue(shell: &mut DebugShell, _: &str, _: &mut String) -> CommandResult {
     skip_iteration(&mut shell.queue)
 }
 
+/// `loop_break`: leaves the loop.
 pub(super) fn loop_break(shell: &mut DebugShell, _: &str, _: &mut String) -> CommandResult {
     skip_iteration(&mut shell.queue)?;
     let mut depth = 0;

@@ -1,6 +1,6 @@
 //! Commands about active calls: bt, frame, up, down, and the parameters and variables of a call.
 
-use emu_debug::debug::{CallFrame, ObjectExpr};
+use emu_debug::debug::{CallFrame, FileLine, FrameName, NamedObject, ValueAtCall};
 
 use emu_core::image::BlockInfo;
 
@@ -17,7 +17,7 @@ pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) ->
             Ok(wanted) if wanted < 0 => outermost = wanted.unsigned_abs(),
             Ok(wanted) => count = wanted.unsigned_abs(),
             Err(_) if matches!(word, "full" | "-full") => full = true,
-            Err(_) => return Err(format!("`{word}` is not a count of calls; write bt, bt 3, bt -3 or bt full")),
+            Err(_) => return Err(format!("`{word}` is not a count of calls; write bt, bt 3, bt -3 or bt full").into()),
         }
     }
     let frames = shell.calls();
@@ -40,6 +40,7 @@ fn indented(lines: &str) -> String {
     lines.lines().map(|line| format!("        {line}\n")).collect()
 }
 
+/// `frame`: selects a call by number, by function or by address.
 pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let args = args.strip_prefix("level ").unwrap_or(args).trim();
     if args.is_empty() {
@@ -52,7 +53,7 @@ pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
                 .scope
                 .calls()
                 .frame_name(shell.session.machine(), frame)
-                .is_some_and(|own| own.0 == name.trim())
+                .is_some_and(|own| own.function == name.trim())
         };
         let found = shell.calls().iter().skip(shell.not_entered).position(is);
         let level = found.ok_or_else(|| format!("no call of {} is in progress; bt lists them", name.trim()))?;
@@ -68,19 +69,21 @@ pub(super) fn select(shell: &mut DebugShell, args: &str, _: &mut String) -> Comm
     frame(shell, args, &mut String::new())
 }
 
+/// `up`: selects the caller.
 pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
     let last = shell.calls().len().saturating_sub(1);
     if shell.level >= last {
-        return Err("Initial frame selected; you cannot go up.".to_owned());
+        return Err("Initial frame selected; you cannot go up.".into());
     }
     shell.select_frame(shell.level.saturating_add(count).min(last), out)
 }
 
+/// `down`: selects the called function.
 pub(super) fn down(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
     if shell.level <= shell.not_entered {
-        return Err("Bottom (innermost) frame selected; you cannot go down.".to_owned());
+        return Err("Bottom (innermost) frame selected; you cannot go down.".into());
     }
     shell.select_frame(shell.level.saturating_sub(count).max(shell.not_entered), out)
 }
@@ -141,7 +144,7 @@ impl DebugShell {
         let frame = frames.get(level).ok_or_else(|| format!("there is no call {level}; bt lists them"))?;
         (self.level, self.listed) = (level, None);
         out.push_str(&self.frame_line(level, frame));
-        if let Some((file, number)) = self.current_line()
+        if let Some(FileLine { file, line: number }) = self.current_line()
             && let Some(text) = self.source_text(&file, number)
         {
             out.push_str(&format!("{number}\t{text}\n"));
@@ -180,13 +183,19 @@ impl DebugShell {
 
     /// Returns the source line that a call is at; for a function with an inlined call it is the line of that
     /// call.
-    pub(super) fn line_of_frame(&self, frame: &CallFrame) -> Option<(String, u32)> {
+    pub(super) fn line_of_frame(&self, frame: &CallFrame) -> Option<FileLine> {
         let scope = &self.session.scope;
-        let own = scope.source().line_at(frame.call_word).map(|line| (line.file.to_string(), line.line));
-        let Some((_, Some((file, line)))) = scope.calls().frame_name(self.session.machine(), frame) else { return own };
+        let own = scope
+            .source()
+            .line_at(frame.call_word)
+            .map(|line| FileLine { file: line.file.to_string(), line: line.line });
+        let Some(FrameName { call: Some((file, line)), .. }) = scope.calls().frame_name(self.session.machine(), frame)
+        else {
+            return own;
+        };
         let is = |known: &str| known.rsplit('/').next() == Some(file.as_str());
         let file = scope.lines.all_lines().iter().map(|line| &*line.file).find(|known| is(known));
-        file.map(|file| (file.to_owned(), *line)).or(own)
+        file.map(|file| FileLine { file: file.to_owned(), line: *line }).or(own)
     }
 
     /// Returns true if a call is at the first instruction of a row of the line table.
@@ -200,13 +209,14 @@ impl DebugShell {
     fn place_of_frame(&self, frame: &CallFrame) -> String {
         let scope = &self.session.scope;
         match (scope.calls().frame_name(self.session.machine(), frame), self.line_of_frame(frame)) {
-            (Some((name, _)), Some((file, line))) => {
+            (Some(FrameName { function: name, .. }), Some(FileLine { file, line })) => {
                 format!("0x{:x} in {name} ({file}:{line})", scope.chip().code_address(frame.word))
             }
             _ => scope.source().describe_word(frame.word),
         }
     }
 
+    /// Returns whether debugging information describes the function of a call.
     pub(super) fn is_described(&self, frame: &CallFrame) -> bool {
         let byte = frame.call_word.saturating_mul(self.session.scope.chip().word_bytes);
         self.session.scope.calls().info.function_at(byte).is_some()
@@ -215,25 +225,28 @@ impl DebugShell {
     /// Returns a call with its arguments and line: `total (of=0x8ee, count=3) at main.c:13`.
     fn describe_call(&self, frame: &CallFrame) -> String {
         let scope = &self.session.scope;
-        let Some((name, _)) = scope.calls().frame_name(self.session.machine(), frame) else {
+        let Some(FrameName { function: name, .. }) = scope.calls().frame_name(self.session.machine(), frame) else {
             return scope.source().describe_word(frame.word);
         };
         let level = self.calls().iter().position(|known| known == frame).unwrap_or(0);
-        let value = |(name, object): (String, ObjectExpr)| {
+        let value = |NamedObject { name, object }: NamedObject| {
             // As in gdb, structs and arrays are left out.
             if !object.is_scalar() {
                 return format!("{name}=...");
             }
             let (text, target) = (object.text_without_type(scope, self.session.machine()), self.session.machine());
             match object.text_at_call(scope, target) {
-                Some((before, true)) => format!("{name}={name}@entry={before}"),
-                Some((before, false)) if text == OPTIMIZED_OUT => format!("{name}={text}, {name}@entry={before}"),
+                Some(ValueAtCall { text: before, unchanged: true }) => format!("{name}={name}@entry={before}"),
+                Some(ValueAtCall { text: before, .. }) if text == OPTIMIZED_OUT => {
+                    format!("{name}={text}, {name}@entry={before}")
+                }
                 _ => format!("{name}={text}"),
             }
         };
         let parameters: Vec<String> =
             scope.locals(self.session.machine(), level, true).into_iter().map(value).collect();
-        let line = self.line_of_frame(frame).map_or(String::new(), |(file, line)| format!(" at {file}:{line}"));
+        let line =
+            self.line_of_frame(frame).map_or(String::new(), |FileLine { file, line }| format!(" at {file}:{line}"));
         format!("{name} ({}){line}", parameters.join(", "))
     }
 
@@ -250,6 +263,8 @@ impl DebugShell {
     fn variables(&self, level: usize, parameters: bool) -> String {
         let (scope, target) = (&self.session.scope, self.session.machine());
         let found = scope.locals(target, level, parameters).into_iter();
-        found.map(|(name, object)| format!("{name} = {}\n", object.text_without_type(scope, target))).collect()
+        found
+            .map(|NamedObject { name, object }| format!("{name} = {}\n", object.text_without_type(scope, target)))
+            .collect()
     }
 }

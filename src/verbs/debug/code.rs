@@ -1,5 +1,6 @@
 //! Commands about the program: disas and list, and the active calls.
 
+use emu_debug::debug::{FileLine, NamedFunction};
 use std::ops::Range;
 
 use emu_core::chip::ChipFamily;
@@ -7,6 +8,7 @@ use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::CallFrame;
 use ladder_view::LadderView;
 
+use super::command_error::CommandError;
 use super::shell::{CommandResult, DebugShell};
 
 /// Default number of instructions or lines of a listing.
@@ -26,7 +28,7 @@ struct ListingStyle {
 }
 
 /// Splits the flags `/s`, `/m` and `/r` of gdb from the text after them.
-fn listing_flags(args: &str) -> Result<(ListingStyle, &str), String> {
+fn listing_flags(args: &str) -> Result<(ListingStyle, &str), CommandError> {
     let (mut style, mut args) = (ListingStyle::default(), args);
     while let Some(rest) = args.strip_prefix('/') {
         let (flags, rest) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
@@ -34,7 +36,7 @@ fn listing_flags(args: &str) -> Result<(ListingStyle, &str), String> {
             match flag {
                 's' | 'm' => style.lined = true,
                 'r' | 'b' => style.raw = true,
-                _ => return Err(format!("`/{flag}` is unknown; /s shows lines of the source, /r the bytes")),
+                _ => return Err(format!("`/{flag}` is unknown; /s shows lines of the source, /r the bytes").into()),
             }
         }
         args = rest.trim_start();
@@ -42,6 +44,7 @@ fn listing_flags(args: &str) -> Result<(ListingStyle, &str), String> {
     Ok((style, args))
 }
 
+/// `disas`: prints instructions.
 pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (style, args) = listing_flags(args)?;
     if let Some((first, last)) = args.split_once(',') {
@@ -70,16 +73,25 @@ pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
         _ => shell.parse_location(place)?.first().copied().unwrap_or_default(),
     };
     let function = shell.session.scope.calls().function(word).cloned();
-    if let Some((words, name)) = function.filter(|_| count.is_none() && next.is_none()) {
+    if let Some(NamedFunction { words, name }) = function.filter(|_| count.is_none() && next.is_none()) {
         out.push_str(&format!("Dump of assembler code for function {name}:\n"));
         shell.dump(words, Some(&name), style, out);
         return Ok(());
     }
     let start = if place.is_empty() && next.is_none() { shell.function_start() } else { word };
-    let (text, next) = shell.listing(start, count.unwrap_or(LINES_SHOWN), style);
+    let ListedCode { text, next } = shell.listing(start, count.unwrap_or(LINES_SHOWN), style);
     shell.disassembly = Some((shell.session.machine().cycle(), next));
     out.push_str(&text);
     Ok(())
+}
+
+/// Instructions as text.
+#[derive(Debug, Clone)]
+pub(super) struct ListedCode {
+    /// The lines.
+    pub(super) text: String,
+    /// The program word after them.
+    pub(super) next: u32,
 }
 
 impl DebugShell {
@@ -102,7 +114,7 @@ impl DebugShell {
         let chip = self.session.scope.chip();
         let (mut word, pc) = (words.start, self.session.machine().pc());
         let end = words.end.min(chip.flash_bytes / chip.word_bytes.max(1));
-        let mut listed: Option<(String, u32)> = None;
+        let mut listed: Option<FileLine> = None;
         while word < end {
             if style.lined {
                 self.dump_lines(word, &mut listed, out);
@@ -128,14 +140,23 @@ impl DebugShell {
 
     /// Prints the source lines after the last listed one up to the line of an instruction, with the file name
     /// if it is new.
-    fn dump_lines(&mut self, word: u32, listed: &mut Option<(String, u32)>, out: &mut String) {
-        let line = self.session.scope.source().line_at(word).map(|line| (line.file.to_string(), line.line));
-        let Some((file, number)) = line else { return };
+    fn dump_lines(&mut self, word: u32, listed: &mut Option<FileLine>, out: &mut String) {
+        let line = self
+            .session
+            .scope
+            .source()
+            .line_at(word)
+            .map(|line| FileLine { file: line.file.to_string(), line: line.line });
+        let Some(FileLine { file, line: number }) = line else { return };
         let first = match listed {
-            Some((known, last)) if *known == file && *last == number => return,
+            Some(FileLine { file: known, line: last }) if *known == file && *last == number => return,
             // Lines without code belong to the next line with code.
-            Some((known, last)) if *known == file && *last < number && number - *last < LINES_SHOWN => *last + 1,
-            Some((known, _)) if *known == file => number,
+            Some(FileLine { file: known, line: last })
+                if *known == file && *last < number && number - *last < LINES_SHOWN =>
+            {
+                *last + 1
+            }
+            Some(FileLine { file: known, .. }) if *known == file => number,
             _ => {
                 out.push_str(&format!("{file}:\n"));
                 number
@@ -148,7 +169,7 @@ impl DebugShell {
                 out.push('\n');
             });
         }
-        *listed = Some((file, number));
+        *listed = Some(FileLine { file, line: number });
     }
 
     /// Returns the bytes of an instruction in hex.
@@ -161,7 +182,7 @@ impl DebugShell {
 
     /// Returns some instructions as text, and the word after them. For a C program they have symbols, as in
     /// gdb.
-    pub(super) fn instructions(&self, from: u32, count: u32) -> (String, u32) {
+    pub(super) fn instructions(&self, from: u32, count: u32) -> ListedCode {
         let (chip, pc, mut word, mut text) =
             (self.session.scope.chip(), self.session.machine().pc(), from, String::new());
         let end = chip.flash_bytes / chip.word_bytes.max(1);
@@ -182,12 +203,12 @@ impl DebugShell {
             text.push_str(&format!("{here} 0x{address:x}{name}:\t{}{meant}\n", line.text));
             word += line.len.max(1) as u32;
         }
-        (text, word)
+        ListedCode { text, next: word }
     }
 
     /// Returns some instructions as text, with their source lines if the style asks for them, and the word
     /// after them.
-    fn listing(&self, from: u32, count: u32, style: ListingStyle) -> (String, u32) {
+    fn listing(&self, from: u32, count: u32, style: ListingStyle) -> ListedCode {
         let (chip, source) = (self.session.scope.chip(), self.session.scope.source());
         let (mut text, mut word, pc) = (String::new(), from, self.session.machine().pc());
         let end = chip.flash_bytes / chip.word_bytes.max(1);
@@ -214,7 +235,7 @@ impl DebugShell {
             text.push_str(&format!("{here} 0x{:04x}  {raw}{}{meant}\n", chip.code_address(word), line.text));
             word += line.len.max(1) as u32;
         }
-        (text, word)
+        ListedCode { text, next: word }
     }
 
     /// Returns the active calls, the innermost first.
@@ -254,6 +275,7 @@ impl DebugShell {
     }
 }
 
+/// `list`: prints source lines, or rungs of a ladder program.
 pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if shell.view.is_some() {
         return super::rungs::list(shell, args, out);
@@ -264,13 +286,13 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     let shown: Vec<(u32, &String)> =
         (1..).zip(lines).skip(first.saturating_sub(1) as usize).take(count as usize).collect();
     if shown.is_empty() {
-        return Err(format!("{file} ends before line {first}"));
+        return Err(format!("{file} ends before line {first}").into());
     }
     for (number, text) in &shown {
         out.push_str(format!("{number}\t{text}").trim_end());
         out.push('\n');
     }
-    shell.listed = Some((file, first + shown.len() as u32));
+    shell.listed = Some(FileLine { file, line: first + shown.len() as u32 });
     Ok(())
 }
 
@@ -286,13 +308,16 @@ struct ListRange {
 impl DebugShell {
     /// Parses the argument of `list`. It is empty for the next lines or those around the selected call, `-`
     /// for the lines before, a line, two lines with a comma, or a location.
-    fn parse_list_range(&self, args: &str) -> Result<ListRange, String> {
+    fn parse_list_range(&self, args: &str) -> Result<ListRange, CommandError> {
         let size = self.list_size;
-        let around =
-            |(file, line): (String, u32)| ListRange { file, first: line.saturating_sub(size / 2).max(1), count: size };
+        let around = |FileLine { file, line }: FileLine| ListRange {
+            file,
+            first: line.saturating_sub(size / 2).max(1),
+            count: size,
+        };
         match (args, self.listed.clone()) {
-            ("" | "+", Some((file, next))) => return Ok(ListRange { file, first: next, count: size }),
-            ("-", Some((file, next))) => {
+            ("" | "+", Some(FileLine { file, line: next })) => return Ok(ListRange { file, first: next, count: size }),
+            ("-", Some(FileLine { file, line: next })) => {
                 let end = next.saturating_sub(size).max(1);
                 let first = end.saturating_sub(size).max(1);
                 return Ok(ListRange { file, first, count: end - first });
@@ -304,7 +329,10 @@ impl DebugShell {
                     let word = self.parse_line_location("main").ok()?.first().copied()?;
                     let source = self.session.scope.source();
                     let line = source.line_at(word)?;
-                    Some((line.file.to_string(), line.line.saturating_sub(size.saturating_sub(1)).max(1)))
+                    Some(FileLine {
+                        file: line.file.to_string(),
+                        line: line.line.saturating_sub(size.saturating_sub(1)).max(1),
+                    })
                 };
                 let here = self.current_line().or_else(before_main);
                 let here = here.ok_or("there is no source line here; disas shows the instructions")?;
@@ -314,17 +342,17 @@ impl DebugShell {
         }
         if let Some((first, last)) = args.split_once(',') {
             if first.trim().is_empty() {
-                let (file, last) = self.parse_line(last.trim())?;
+                let FileLine { file, line: last } = self.parse_line(last.trim())?;
                 let first = last.saturating_sub(size.saturating_sub(1)).max(1);
                 return Ok(ListRange { file, first, count: last.saturating_sub(first).saturating_add(1) });
             }
-            let (file, first) = self.parse_line(first.trim())?;
+            let FileLine { file, line: first } = self.parse_line(first.trim())?;
             let last = match last.trim() {
                 "" => first.saturating_add(size.saturating_sub(1)),
                 // After the comma, `+N` counts from the first line.
                 last => match last.strip_prefix('+').and_then(|by| by.trim().parse::<u32>().ok()) {
                     Some(by) => first.saturating_add(by),
-                    None => self.parse_line(last)?.1,
+                    None => self.parse_line(last)?.line,
                 },
             };
             return Ok(ListRange { file, first, count: last.saturating_sub(first).saturating_add(1) });
@@ -333,7 +361,7 @@ impl DebugShell {
     }
 
     /// Parses a location into its file and line.
-    pub(super) fn parse_line(&self, text: &str) -> Result<(String, u32), String> {
+    pub(super) fn parse_line(&self, text: &str) -> Result<FileLine, CommandError> {
         if let Some(found) = self.parse_line_number(text) {
             return Ok(found);
         }
@@ -341,37 +369,37 @@ impl DebugShell {
         if let Some((file, line)) = text.rsplit_once(':')
             && let (Ok(line), Some(known)) = (line.parse(), self.source_file(file))
         {
-            return Ok((known, line));
+            return Ok(FileLine { file: known, line });
         }
         let word = self.parse_location(text)?.first().copied().unwrap_or_default();
         let line = self.session.scope.source().line_at(word).cloned();
         let line = line.ok_or_else(|| format!("there is no source line at {text}; disas shows the instructions"))?;
-        Ok((line.file.to_string(), line.line))
+        Ok(FileLine { file: line.file.to_string(), line: line.line })
     }
 
     /// Parses a number alone as a line of the current file, as gdb does; `+1` and `-1` count from the current
     /// line. Returns `None` if the program has no lines.
-    pub(super) fn parse_line_number(&self, text: &str) -> Option<(String, u32)> {
+    pub(super) fn parse_line_number(&self, text: &str) -> Option<FileLine> {
         if let Some(by) = text.strip_prefix(['+', '-']).and_then(|by| by.parse::<u32>().ok()) {
-            let (file, line) = self.current_line()?;
+            let FileLine { file, line } = self.current_line()?;
             let line = if text.starts_with('+') { line.checked_add(by)? } else { line.checked_sub(by)? };
-            return Some((file, line));
+            return Some(FileLine { file, line });
         }
         let line = text.parse().ok().filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()))?;
         let here = self.listed.clone().or_else(|| self.current_line()).or_else(|| self.main_line());
-        here.map(|(file, _)| (file, line))
+        here.map(|here| FileLine { line, ..here })
     }
 
     /// Returns the source line of the selected call.
-    pub(super) fn current_line(&self) -> Option<(String, u32)> {
+    pub(super) fn current_line(&self) -> Option<FileLine> {
         self.line_of_frame(self.calls().get(self.level)?)
     }
 
     /// Returns the line of `main`, which is listed before the program has reached a source line.
-    pub(super) fn main_line(&self) -> Option<(String, u32)> {
+    pub(super) fn main_line(&self) -> Option<FileLine> {
         let source = self.session.scope.source();
         let line = source.line_at(source.parse_words("main").ok()?.first().copied()?)?;
-        Some((line.file.to_string(), line.line))
+        Some(FileLine { file: line.file.to_string(), line: line.line })
     }
 
     /// Finds a source file of the program by its name or the end of its path.

@@ -2,6 +2,7 @@
 
 use diag::nearest;
 
+use super::command_error::CommandError;
 use super::shell::{CommandResult, DebugShell};
 use super::{
     back, blocks, calls, code, data, displays, examine, files, info, points, record, rungs, running, settings, texts,
@@ -219,7 +220,7 @@ const FOREIGN: &[(&str, &str)] = &[
 ///
 /// # Errors
 /// No command or several commands match; the message names them.
-pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
+pub fn find_command(word: &str) -> Result<&'static DebugCommand, CommandError> {
     let exact = COMMANDS.iter().find(|command| command.name == word || command.aliases.contains(&word));
     if let Some(command) = exact {
         return Ok(command);
@@ -229,17 +230,17 @@ pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
         [command] => Ok(command),
         [] if FOREIGN.iter().any(|(name, _)| *name == word) => {
             let why = FOREIGN.iter().find(|(name, _)| *name == word).map_or("", |(_, why)| why);
-            Err(format!("`{word}` of gdb is not available: {why}"))
+            Err(format!("`{word}` of gdb is not available: {why}").into())
         }
         [] => {
             let names = COMMANDS.iter().flat_map(|command| command.aliases.iter().chain([&command.name]).copied());
             let near = nearest(word, names.filter(|name| name.len() > 1));
             let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-            Err(format!("there is no command `{word}`{near} (`help` lists them)"))
+            Err(format!("there is no command `{word}`{near} (`help` lists them)").into())
         }
         several => {
             let names: Vec<&str> = several.iter().map(|command| command.name).collect();
-            Err(format!("`{word}` could be {}", names.join(", ")))
+            Err(format!("`{word}` could be {}", names.join(", ")).into())
         }
     }
 }
@@ -338,7 +339,7 @@ mod tests {
         for (word, wanted) in rows {
             assert_eq!(find_command(word).map(|command| command.name), Ok(wanted), "{word}");
         }
-        assert!(find_command("re").is_err_and(|why| why.contains("reset, reverse-stepi")));
+        assert!(find_command("re").is_err_and(|why| why.to_string().contains("reset, reverse-stepi")));
         assert_eq!(split_command("x/8xb buf"), Some(CommandLine { word: "x", args: "/8xb buf" }));
         assert_eq!(split_command("# nothing"), None);
     }

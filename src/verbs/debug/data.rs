@@ -8,6 +8,7 @@ use emu_debug::debug::{
 use emu_debug::number_formats::format_number;
 use emu_debug::stimulus::{TimedDrive, parse_drive};
 
+use super::command_error::CommandError;
 use super::examine;
 use super::numbers::{ExamineFormat, hex};
 use super::settings::{print_options, set_setting};
@@ -43,6 +44,7 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
     })
 }
 
+/// `print`: prints the value of an expression.
 pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let settings = shell.session.scope.print;
     let done = print_options(&mut shell.session.scope.print, args).and_then(|args| print_value(shell, args, out));
@@ -55,7 +57,7 @@ fn print_value(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandR
     let empty = shell.session.scope.values.is_empty();
     let text = if text.is_empty() && !empty { "$" } else { text };
     if text.is_empty() {
-        return Err("the expression is missing: print r16, print buf, print $cycle / 2".to_owned());
+        return Err("the expression is missing: print r16, print buf, print $cycle / 2".into());
     }
     let typed = format.letter == Some('s') && shell.parse_expression(text).is_ok_and(|expr| expr.object().is_some());
     if typed {
@@ -72,7 +74,7 @@ fn print_value(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandR
 /// `call`: evaluates and prints like `print`; functions of the program are not called.
 pub(super) fn call(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("the expression is missing: call x = 5; functions of the program are not called".to_owned());
+        return Err("the expression is missing: call x = 5; functions of the program are not called".into());
     }
     print(shell, args, out)
 }
@@ -160,7 +162,7 @@ impl DebugShell {
         text: &str,
         format: ExamineFormat,
         out: &mut String,
-    ) -> Result<(String, Option<DebugExpression>), String> {
+    ) -> Result<(String, Option<DebugExpression>), CommandError> {
         if split_top(text, ",").is_none()
             && let Some((place, value)) = split_assignment(text)
         {
@@ -188,7 +190,7 @@ impl DebugShell {
         self.single(text, format)
     }
 
-    fn single(&self, text: &str, format: ExamineFormat) -> Result<(String, Option<DebugExpression>), String> {
+    fn single(&self, text: &str, format: ExamineFormat) -> Result<(String, Option<DebugExpression>), CommandError> {
         if self.is_void(text) {
             return Ok(("void".to_owned(), Some(self.session.scope.void_value())));
         }
@@ -199,7 +201,7 @@ impl DebugShell {
         let expr = self.session.scope.with_type(expr);
         self.check_type_is_known(text, &expr)?;
         if missing_value_reason(&expr, self.session.machine()) == Some(DIVISION_BY_ZERO) {
-            return Err("Division by zero".to_owned());
+            return Err("Division by zero".into());
         }
         Ok((self.value_text(&expr, format), expr.kept(self.session.machine())))
     }
@@ -324,6 +326,7 @@ impl DebugShell {
     }
 }
 
+/// `set`: changes a place, a pin, the supply or a setting.
 pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let wanted = || "write a place and a value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
     // `set var x = 1`, as in gdb.
@@ -354,7 +357,7 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     let own = shell.view.as_ref().map_or_else(|| name.to_owned(), |view| view.pin_assignment(name));
     let name = own.as_str();
     if name.is_empty() || value.is_empty() || value.starts_with('=') {
-        return Err(wanted());
+        return Err(wanted().into());
     }
     let scope = &shell.session.scope;
     let chip = scope.chip();
@@ -377,14 +380,14 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
                 let at = CycleTime::at(shell.session.machine().cycle());
                 Ok(shell.session.apply_action(UserAction::Drive(TimedDrive { at, drive: what }))?)
             }
-            Err(why) if pin.is_some() || is_supply(name) => Err(why.to_string()),
+            Err(why) if pin.is_some() || is_supply(name) => Err(why.into()),
             Err(_) => Err(expr.err().unwrap_or_default()),
         };
     }
     let expr = expr?;
     let place = expr.place(shell.session.machine());
     if place.is_none() && expr.object().is_none_or(ObjectExpr::is_computed) {
-        return Err(format!("`{name}` cannot be set"));
+        return Err(format!("`{name}` cannot be set").into());
     }
     let is_code = |expr: &DebugExpression| expr.object().is_some_and(|of| of.is_function() || of.is_function_pointer());
     let evaluate = match is_code(&expr) {
@@ -406,7 +409,7 @@ impl DebugShell {
     fn check_type_is_known(&self, text: &str, expr: &DebugExpression) -> CommandResult {
         let (scope, name) = (&self.session.scope, text.trim());
         if expr.object().is_some_and(ObjectExpr::has_unknown_type) {
-            return Err(format!("'{name}' has unknown type; cast it to its declared type"));
+            return Err(format!("'{name}' has unknown type; cast it to its declared type").into());
         }
         let DebugExpression::Place(ExpressionPlace::Memory { space, .. }) = expr else { return Ok(()) };
         let chip = scope.chip();
@@ -417,7 +420,7 @@ impl DebugShell {
             && !(chip.has_sdcc_pointers() && name.starts_with('_'))
             && scope.symbols.iter().any(|symbol| symbol.name == name);
         match is_symbol && !scope.calls().info.globals.is_empty() {
-            true => Err(format!("'{name}' has unknown type; cast it to its declared type")),
+            true => Err(format!("'{name}' has unknown type; cast it to its declared type").into()),
             false => Ok(()),
         }
     }
@@ -427,7 +430,7 @@ impl DebugShell {
         let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         if !is_name {
-            return Err(format!("`${name}` cannot be set; a convenience variable has a name: set $i = 0"));
+            return Err(format!("`${name}` cannot be set; a convenience variable has a name: set $i = 0").into());
         }
         let kept = self.parse_expression(value)?.kept(self.session.machine());
         let kept = kept.ok_or_else(|| format!("`{value}` has no value now"))?;
@@ -449,35 +452,36 @@ fn find_pin(shell: &DebugShell, name: &str) -> Option<PinId> {
     }
 }
 
+/// `assert`: ends a script with a failure unless an expression is true.
 pub(super) fn assert(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("the expression is missing: assert PB5 == 1".to_owned());
+        return Err("the expression is missing: assert PB5 == 1".into());
     }
     let (expr, target) = (shell.parse_expression(args)?, shell.session.machine());
     match expr.evaluate(target) {
         Some(value) if !value.is_true() => {
-            Err(format!("the assertion does not hold at cycle {}: {args}", target.cycle()))
+            Err(format!("the assertion does not hold at cycle {}: {args}", target.cycle()).into())
         }
         Some(_) => Ok(()),
         None => {
             let why = missing_value_reason(&expr, target).map_or(String::new(), |why| format!(" ({why})"));
-            Err(format!("the assertion has no value at cycle {}: {args}{why}", target.cycle()))
+            Err(format!("the assertion has no value at cycle {}: {args}{why}", target.cycle()).into())
         }
     }
 }
 
 impl DebugShell {
     /// Evaluates an expression and converts it to an integer.
-    pub(super) fn integer_value(&self, text: &str) -> Result<i64, String> {
+    pub(super) fn integer_value(&self, text: &str) -> Result<i64, CommandError> {
         self.expression_value(text).map(ExpressionValue::to_integer)
     }
 
     /// Evaluates an expression.
-    pub(super) fn expression_value(&self, text: &str) -> Result<ExpressionValue, String> {
+    pub(super) fn expression_value(&self, text: &str) -> Result<ExpressionValue, CommandError> {
         let (expr, target) = (self.parse_expression(text)?, self.session.machine());
         expr.evaluate(target).ok_or_else(|| {
             let why = missing_value_reason(&expr, target).map_or(String::new(), |why| format!(": {why}"));
-            format!("`{}` has no value now{why}", text.trim())
+            format!("`{}` has no value now{why}", text.trim()).into()
         })
     }
 }

@@ -56,7 +56,7 @@ pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut St
     let is = |space: &str| {
         !(chip.reg_space == space && chip.reg_space != chip.ram_space)
             && (space == chip.code_space) == code
-            && chip.spaces.iter().any(|own| own.0 == space)
+            && chip.spaces.iter().any(|own| own.name == space)
     };
     // SDCC and its headers define a symbol for each register of the chip, and put an underscore before every
     // name.

@@ -2,6 +2,7 @@
 
 use emu_debug::debug::DebugExpression;
 
+use super::command_error::CommandError;
 use super::numbers::ExamineFormat;
 use super::shell::{CommandResult, DebugShell};
 
@@ -64,7 +65,7 @@ impl DebugShell {
 }
 
 /// Parses numbers of displays, `1 2` or `1-3`; without numbers all displays.
-fn display_numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
+fn display_numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, CommandError> {
     let all = shell.displays.iter().map(|display| display.id);
     if args.is_empty() {
         return Ok(all.collect());
@@ -75,7 +76,7 @@ fn display_numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
         let range = first.parse().ok().zip(last.parse().ok()).map(|(first, last): (u32, u32)| first..=last);
         let own: Vec<u32> = all.clone().filter(|id| range.as_ref().is_some_and(|range| range.contains(id))).collect();
         if own.is_empty() {
-            return Err(format!("there is no display {word}; `info display` lists them"));
+            return Err(format!("there is no display {word}; `info display` lists them").into());
         }
         found.extend(own);
     }
@@ -89,6 +90,7 @@ pub(super) fn enable_displays(shell: &mut DebugShell, args: &str, on: bool) -> C
     Ok(())
 }
 
+/// `display`: shows an expression at every stop.
 pub(super) fn display(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (format, text) = ExamineFormat::parse_front(args)?;
     if text.is_empty() {
@@ -117,6 +119,7 @@ pub(super) fn display(shell: &mut DebugShell, args: &str, out: &mut String) -> C
     Ok(())
 }
 
+/// `undisplay`: removes expressions that stops show.
 pub(super) fn undisplay(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     let ids = display_numbers(shell, args)?;
     shell.displays.retain(|display| !ids.contains(&display.id));

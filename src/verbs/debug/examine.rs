@@ -1,10 +1,13 @@
 //! The command `x`: prints memory from an address on as numbers, strings or instructions.
 
+use crate::debug::code::ListedCode;
+use emu_core::image::SpaceAddress;
 use emu_debug::AddressRange;
 use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::{DebugExpression, ObjectByteLocation, real_text};
 use emu_debug::number_formats::format_number;
 
+use super::command_error::CommandError;
 use super::numbers::{ExamineFormat, hex};
 use super::shell::{CommandResult, DebugShell};
 
@@ -26,7 +29,7 @@ pub struct ExamineState {
 
 impl DebugShell {
     /// Parses the address argument of `x`.
-    pub(super) fn examine_start(&self, text: &str, format: ExamineFormat) -> Result<ExamineState, String> {
+    pub(super) fn examine_start(&self, text: &str, format: ExamineFormat) -> Result<ExamineState, CommandError> {
         let chip = self.session.scope.chip();
         if format.letter == Some('i') {
             let word = match self.parse_location(text) {
@@ -50,7 +53,7 @@ impl DebugShell {
                 Some(ObjectByteLocation::Memory(space, addr)) => {
                     Ok(ExamineState { space, addr: addr / chip.bytes_per_address(space).max(1), format })
                 }
-                _ => Err(format!("`{text}` is in no memory")),
+                _ => Err(format!("`{text}` is in no memory").into()),
             };
         }
         // A pointer of SDCC names its memory space.
@@ -67,12 +70,13 @@ impl DebugShell {
             && !typed
         {
             let linked = scope.linked_memory_at(start).filter(|_| space == chip.ram_space);
-            let (space, start) = linked.unwrap_or((space, start));
-            return Ok(ExamineState { space, addr: start, format });
+            let SpaceAddress { space, addr } = linked.unwrap_or(SpaceAddress { space, addr: start });
+            return Ok(ExamineState { space, addr, format });
         }
         let value = self.integer_value(text)?;
         let addr = u32::try_from(value).map_err(|_| format!("`{text}` is not an address: {value}"))?;
-        let (space, addr) = scope.linked_memory_at(addr).unwrap_or((chip.ram_space, addr));
+        let SpaceAddress { space, addr } =
+            scope.linked_memory_at(addr).unwrap_or(SpaceAddress { space: chip.ram_space, addr });
         Ok(ExamineState { space, addr, format })
     }
 
@@ -86,14 +90,14 @@ impl DebugShell {
     }
 
     /// Returns the lines that `x` prints, and where the next `x` continues.
-    pub(super) fn examine_lines(&self, at: ExamineState) -> Result<(String, ExamineState), String> {
+    pub(super) fn examine_lines(&self, at: ExamineState) -> Result<(String, ExamineState), CommandError> {
         let ExamineState { space, addr, format } = at;
         let letter = format.letter.unwrap_or('x');
         let count = format.count.unwrap_or(1);
         match letter {
             'i' => {
                 let word = self.program_word(addr).ok_or_else(|| format!("{space} ends before 0x{addr:x}"))?;
-                let (mut text, word) = self.instructions(word, count);
+                let ListedCode { mut text, next: word } = self.instructions(word, count);
                 let next = ExamineState { addr: self.session.scope.chip().code_address(word), ..at };
                 if self.program_word(next.addr).is_none() && (text.lines().count() as u64) < u64::from(count) {
                     text.push_str(&format!("{space} ends before 0x{:x}\n", next.addr));
@@ -112,7 +116,7 @@ impl DebugShell {
         &self,
         (space, first): (&'static str, u32),
         (letter, count, unit): (char, u32, Option<u32>),
-    ) -> Result<(String, u32), String> {
+    ) -> Result<(String, u32), CommandError> {
         let chip = self.session.scope.chip();
         let width = chip.bytes_per_address(space);
         let unit = unit.unwrap_or(if letter == 'f' { REAL_BYTES } else { width }).max(width);
@@ -129,7 +133,7 @@ impl DebugShell {
                     false => format!("there is no memory at {space}:0x{addr:x}"),
                 };
                 return match n {
-                    0 => Err(end),
+                    0 => Err(end.into()),
                     _ => Ok((format!("{}\n{end}\n", text.trim_end()), addr)),
                 };
             };
@@ -168,13 +172,13 @@ impl DebugShell {
     }
 
     /// Moves the start back by the units of a negative count.
-    fn start_before(&self, at: ExamineState) -> Result<ExamineState, String> {
+    fn start_before(&self, at: ExamineState) -> Result<ExamineState, CommandError> {
         let ExamineState { space, addr, format } = at;
         if !format.before {
             return Ok(at);
         }
         if matches!(format.letter, Some('s' | 'i')) {
-            return Err("texts and instructions are not counted backwards; name the address".to_owned());
+            return Err("texts and instructions are not counted backwards; name the address".into());
         }
         let width = self.session.scope.chip().bytes_per_address(space).max(1);
         let bytes = format.count.unwrap_or(1).saturating_mul(format.unit.unwrap_or(width));
@@ -207,14 +211,14 @@ impl DebugShell {
     }
 
     /// Returns strings that end with a 0, one per line.
-    fn text_lines(&self, at: ExamineState, count: u32) -> Result<(String, ExamineState), String> {
+    fn text_lines(&self, at: ExamineState, count: u32) -> Result<(String, ExamineState), CommandError> {
         const LONGEST: usize = 200;
         let (mut text, mut addr) = (String::new(), at.addr);
         for n in 0..count {
             if self.session.machine().peek(at.space, addr).is_none() {
                 let end = format!("there is no memory at {}:0x{addr:x}", at.space);
                 if n == 0 {
-                    return Err(end);
+                    return Err(end.into());
                 }
                 text.push_str(&format!("{end}\n"));
                 break;
@@ -240,6 +244,7 @@ impl DebugShell {
     }
 }
 
+/// `x`: prints memory.
 pub(super) fn examine(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (format, text) = ExamineFormat::parse_front(args)?;
     let at = match (text, shell.examined) {
@@ -248,7 +253,7 @@ pub(super) fn examine(shell: &mut DebugShell, args: &str, out: &mut String) -> C
             let (letter, count) = (format.letter.or(last.format.letter), format.count.or(last.format.count));
             ExamineState { format: ExamineFormat { count, letter, unit, ..format }, ..last }
         }
-        ("", None) => return Err("the address is missing: x/8xb data:0x100, x/4i $pc".to_owned()),
+        ("", None) => return Err("the address is missing: x/8xb data:0x100, x/4i $pc".into()),
         _ => {
             let format = shell.with_last_format(format);
             shell.start_before(shell.examine_start(text, format)?)?

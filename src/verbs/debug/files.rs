@@ -2,6 +2,7 @@
 
 use emu_debug::snapshot;
 
+use super::command_error::CommandError;
 use super::shell::{CommandResult, DebugShell, ShellFlow};
 use crate::shared::codes::system_message;
 use crate::shared::fail::VerbFailure;
@@ -13,9 +14,10 @@ use crate::shared::report::FileTexts;
 /// Maximum nesting depth of scripts.
 const MAX_NESTING: u32 = 20;
 
+/// `source`: executes the commands of a file.
 pub(super) fn source(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("the name of a file is missing".to_owned());
+        return Err("the name of a file is missing".into());
     }
     let bytes = input::read_file(args).map_err(|error| format!("{args} cannot be read: {}", system_message(&error)))?;
     shell.run_script(args, &diag::text::readable(&bytes), &mut |_| {}, out)
@@ -38,7 +40,7 @@ impl DebugShell {
         out: &mut String,
     ) -> CommandResult {
         if self.nesting >= MAX_NESTING {
-            return Err(format!("{name}: scripts are nested too deeply"));
+            return Err(format!("{name}: scripts are nested too deeply").into());
         }
         self.nesting += 1;
         // Queued commands of points continue after the script.
@@ -55,9 +57,9 @@ impl DebugShell {
             };
             // In nested scripts, the innermost one adds its location to the message.
             let placed = std::mem::replace(&mut self.error_has_place, true);
-            Err(if placed { why } else { format!("{name}:{number}: {why}") })
+            Err(if placed { why } else { format!("{name}:{number}: {why}") }.into())
         });
-        let done = done.and_then(|()| self.end_of_lines().map_err(|why| format!("{name}: {why}")));
+        let done = done.and_then(|()| self.end_of_lines().map_err(|why| format!("{name}: {why}").into()));
         self.nesting -= 1;
         self.queue = queue;
         self.error_has_place &= self.nesting > 0;
@@ -82,7 +84,7 @@ pub(super) fn save(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 fn save_breakpoints(shell: &DebugShell, args: &str, out: &mut String) -> CommandResult {
     let file = file_argument(args)?;
     if shell.session.points.all().is_empty() {
-        return Err("nothing to save: there are no breakpoints and no watchpoints".to_owned());
+        return Err("nothing to save: there are no breakpoints and no watchpoints".into());
     }
     for own in &shell.snapshot_writer.protected_files {
         output::check_input_not_overwritten(own, &[RequestedOutput::new("save", file)])
@@ -101,7 +103,8 @@ pub(super) fn load(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     let sentence = |failure: VerbFailure| failure.sentence();
     let refused = |fault| sentence(VerbFailure::Refused(vec![fault], FileTexts::default()));
     let bytes = input::read_bytes(file).map_err(sentence)?;
-    let (cycle, state) = snapshot::decode_snapshot_for(file, &bytes, &shell.snapshot_writer.head).map_err(refused)?;
+    let snapshot::MachineState { cycle, state } =
+        snapshot::decode_snapshot_for(file, &bytes, &shell.snapshot_writer.head).map_err(refused)?;
     shell.session.load(state, cycle).map_err(|_| refused(snapshot::invalid_state(file)))?;
     shell.loaded = Some((file.to_owned(), cycle));
     shell.restart_reports(out);
@@ -109,14 +112,15 @@ pub(super) fn load(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 }
 
 /// Checks the file name of a command; standard input and output are used by the session.
-fn file_argument(args: &str) -> Result<&str, String> {
+fn file_argument(args: &str) -> Result<&str, CommandError> {
     match args {
-        "" => Err("the name of a file is missing".to_owned()),
-        "-" => Err("write the name of a file; `-` is not accepted here".to_owned()),
+        "" => Err("the name of a file is missing".into()),
+        "-" => Err("write the name of a file; `-` is not accepted here".into()),
         file => Ok(file),
     }
 }
 
+/// `quit`: ends the session with an exit code.
 pub(super) fn quit(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     let code = if args.is_empty() { i64::from(shell.exit_code()) } else { shell.integer_value(args)? };
     shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is not an exit code; exit codes are 0 to 255"))?);

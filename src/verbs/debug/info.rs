@@ -92,9 +92,11 @@ pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     match exact.or_else(|| TOPICS.iter().find(|topic| topic.name.starts_with(word))) {
         Some(topic) => (topic.write)(shell, rest.trim(), out),
         None if let Some((_, why)) = FOREIGN.iter().find(|(name, _)| *name == word) => {
-            Err(format!("`info {word}` of gdb is not available: {why}"))
+            Err(format!("`info {word}` of gdb is not available: {why}").into())
         }
-        None => Err(format!("there is no `info {word}`; the topics are {}", names().collect::<Vec<_>>().join(", "))),
+        None => {
+            Err(format!("there is no `info {word}`; the topics are {}", names().collect::<Vec<_>>().join(", ")).into())
+        }
     }
 }
 
@@ -108,6 +110,7 @@ pub(super) fn list_topics(out: &mut String) {
     TOPICS.iter().for_each(|topic| out.push_str(&format!("  info {:<12} {}\n", topic.name, topic.help)));
 }
 
+/// `info registers`: prints registers of the core or of the chip.
 pub(super) fn registers(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !args.is_empty() {
         for name in args.split_whitespace() {
@@ -175,7 +178,7 @@ const VALUE: &str = "value";
 /// Prints the timers and counters of AP101 that are in use, with value and preset.
 fn modules(shell: &DebugShell, out: &mut String) {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
-    let count = chip.spaces.iter().find(|space| space.0 == PRESET).map_or(0, |space| space.1);
+    let count = chip.spaces.iter().find(|space| space.name == PRESET).map_or(0, |space| space.size);
     let word = |space: &str, at: u32| {
         let byte = |n: u32| target.peek(space, 2 * at + n).map_or(0, u32::from);
         byte(0) | byte(1) << 8
@@ -195,7 +198,7 @@ fn part(shell: &mut DebugShell, part: ChipPart, out: &mut String) -> CommandResu
     let prefixes = register_prefixes(chip, part);
     if prefixes.is_empty() {
         match part {
-            ChipPart::Timers if chip.spaces.iter().any(|space| space.0 == PRESET) => modules(shell, out),
+            ChipPart::Timers if chip.spaces.iter().any(|space| space.name == PRESET) => modules(shell, out),
             _ => out.push_str(&format!("{} has no registers of that kind\n", chip.name)),
         }
         return Ok(());

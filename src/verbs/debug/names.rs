@@ -3,6 +3,7 @@
 use super::commands::COMMANDS;
 use super::info;
 use super::shell::DebugShell;
+use emu_debug::debug::NamedObject;
 
 impl DebugShell {
     /// Returns the names of commands.
@@ -16,7 +17,7 @@ impl DebugShell {
         const MANY: usize = 100;
         let scope = &self.session.scope;
         let chip = scope.chip();
-        let pins = chip.present_pins().map(|(_, pin)| pin.name).take(MANY);
+        let pins = chip.present_pins().map(|pin| pin.def.name).take(MANY);
         let registers = chip.cpu_regs.iter().copied().chain(chip.regs.iter().map(|reg| reg.name));
         let own = registers.chain(pins).chain(info::names()).map(str::to_owned);
         let symbols = scope.symbols.iter().flat_map(|symbol| {
@@ -25,7 +26,7 @@ impl DebugShell {
         });
         let target = self.session.machine();
         let variables = [true, false].into_iter().flat_map(|own| scope.locals(target, self.level, own));
-        let variables = variables.map(|(name, _)| name);
+        let variables = variables.map(|NamedObject { name, .. }| name);
         let ladder = scope.ladder.iter().map(|(name, _)| name.clone());
         let mut names: Vec<String> = own.chain(symbols).chain(variables).chain(ladder).collect();
         names.sort();

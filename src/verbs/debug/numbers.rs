@@ -1,5 +1,7 @@
 //! Number formats of the debugger.
 
+use super::command_error::CommandError;
+
 /// Formats a number in hex with at least `digits` digits; a negative number has a minus sign.
 pub(super) fn hex(value: i64, digits: usize) -> String {
     let sign = if value < 0 { "-" } else { "" };
@@ -32,7 +34,7 @@ impl ExamineFormat {
     ///
     /// # Errors
     /// A letter is unknown, or the count is out of range.
-    pub fn parse_front(args: &str) -> Result<(ExamineFormat, &str), String> {
+    pub fn parse_front(args: &str) -> Result<(ExamineFormat, &str), CommandError> {
         let Some(rest) = args.strip_prefix('/') else { return Ok((ExamineFormat::default(), args)) };
         let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
         let (text, rest) = rest.split_at(end);
@@ -54,7 +56,8 @@ impl ExamineFormat {
                 _ => {
                     return Err(format!(
                         "`{letter}` is not a format; the formats are x z d u o t c a f s i, and the units b h w g"
-                    ));
+                    )
+                    .into());
                 }
             }
         }

@@ -46,6 +46,7 @@ pub struct DebugSubject {
     /// Repeatable.
     #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
     pub(super) pins: Vec<PinAssignment>,
+    /// How the program is read.
     #[command(flatten)]
     pub(super) read: ReadFlags,
     /// Apply the external stimuli of a scenario (docs/scenario.md), in addition to --set and --at. A scenario

@@ -2,10 +2,11 @@
 
 use emu_debug::debug::{
     AccessKind, CallEnd, CallFrame, DebugError, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue,
-    PointTrigger,
+    FileLine, PointTrigger, WatchedRange,
 };
 use emu_debug::stimulus::parse_pin_level;
 
+use super::command_error::CommandError;
 use super::shell::{CommandResult, DebugShell};
 
 /// Splits `LOCATION if EXPR` into the location and the condition.
@@ -15,10 +16,12 @@ fn split_condition(args: &str) -> (&str, Option<&str>) {
     found.map_or((args.trim(), None), |(place, condition)| (place.trim(), Some(condition.trim())))
 }
 
+/// `break`: sets a breakpoint.
 pub(super) fn set_break(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     code_point(shell, args, false, out)
 }
 
+/// `tbreak`: sets a breakpoint that is deleted at its first hit.
 pub(super) fn set_tbreak(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     code_point(shell, args, true, out)
 }
@@ -30,7 +33,9 @@ fn code_point(shell: &mut DebugShell, args: &str, temporary: bool, out: &mut Str
     let text = if place.is_empty() || place.starts_with(['*', '$']) {
         places.first().cloned().unwrap_or_default()
     } else {
-        shell.parse_line_number(place).map_or_else(|| place.to_owned(), |(file, line)| format!("{file}:{line}"))
+        shell
+            .parse_line_number(place)
+            .map_or_else(|| place.to_owned(), |FileLine { file, line }| format!("{file}:{line}"))
     };
     let id = add_point(shell, PointTrigger::Code(words), &text, condition, temporary)?;
     let kind = if temporary { "Temporary breakpoint" } else { "Breakpoint" };
@@ -45,7 +50,7 @@ fn add_point(
     text: &str,
     condition: Option<&str>,
     temporary: bool,
-) -> Result<u32, String> {
+) -> Result<u32, CommandError> {
     // A name in the condition of a breakpoint is resolved at the breakpoint.
     let at = if let PointTrigger::Code(words) = &what { words.first().copied() } else { None };
     let wanted = condition;
@@ -59,22 +64,25 @@ fn add_point(
     Ok(id)
 }
 
-fn condition_at(shell: &DebugShell, text: &str, word: Option<u32>) -> Result<DebugExpression, String> {
+fn condition_at(shell: &DebugShell, text: &str, word: Option<u32>) -> Result<DebugExpression, CommandError> {
     Ok(match word {
         Some(word) => shell.session.scope.parse_expression_at_word(text, word)?,
         None => shell.session.scope.parse_expression_in_frame(text, shell.session.machine(), 0)?,
     })
 }
 
+/// `watch`: stops when a place changes or is written.
 pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (text, condition) = split_condition(args);
     let (text, by_place) = without_location_flag(text);
     if text.is_empty() {
-        return Err("the place is missing (memory, a register, a bit or a pin): watch buf".to_owned());
+        return Err("the place is missing (memory, a register, a bit or a pin): watch buf".into());
     }
     let what = parse_watch(shell, text)?;
     if by_place && !matches!(what, PointTrigger::Change(DebugExpression::Place(_)) | PointTrigger::Pin(..)) {
-        return Err(format!("`{text}` is not in memory or has more than four bytes, so its place cannot be watched"));
+        return Err(
+            format!("`{text}` is not in memory or has more than four bytes, so its place cannot be watched").into()
+        );
     }
     // A watchpoint on a variable of a call ends with the call; a watchpoint on a place does not.
     let name = if by_place { format!("-location {text}") } else { text.to_owned() };
@@ -112,44 +120,49 @@ impl DebugShell {
 }
 
 /// Parses what to watch: a pin by its edges, `PB5=1` for a level, anything else by its value.
-fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
+fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, CommandError> {
     let scope = &shell.session.scope;
     if let Some((name, level)) =
         text.split_once('=').filter(|(name, level)| !name.ends_with(['=', '!', '<', '>']) && !level.starts_with('='))
     {
         let DebugExpression::Place(ExpressionPlace::Pin(pin)) = shell.parse_expression(name)? else {
-            return Err(format!("`{}` is not a pin; write watch {} if {text}=..", name.trim(), name.trim()));
+            return Err(format!("`{}` is not a pin; write watch {} if {text}=..", name.trim(), name.trim()).into());
         };
         let name = scope.chip().pins.get(usize::from(pin)).map_or("", |pin| pin.name);
-        return Ok(PointTrigger::Pin(pin, Some(parse_pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.1)));
+        return Ok(PointTrigger::Pin(
+            pin,
+            Some(parse_pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.level),
+        ));
     }
     Ok(match shell.parse_expression(text)?.bind_to_place(shell.session.machine()) {
         DebugExpression::Place(ExpressionPlace::Pin(pin)) => PointTrigger::Pin(pin, None),
         DebugExpression::Place(ExpressionPlace::Cycle | ExpressionPlace::Instructions) => {
-            return Err("time changes with every instruction; run-to-cycle stops at one".to_owned());
+            return Err("time changes with every instruction; run-to-cycle stops at one".into());
         }
         expr if expr.object().is_some_and(|of| of.is_computed()) && expr.is_optimized_out(shell.session.machine()) => {
-            return Err("value has been optimized out".to_owned());
+            return Err("value has been optimized out".into());
         }
         expr if expr.depends_only_on_time() => {
             return Err(
-                "time advances during sleep, where no watchpoint is checked; run-to-cycle stops at a cycle".to_owned()
+                "time advances during sleep, where no watchpoint is checked; run-to-cycle stops at a cycle".into()
             );
         }
-        expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`")),
+        expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`").into()),
         expr if expr.object().is_none_or(|of| of.is_computed())
             && matches!(expr.evaluate(shell.session.machine()), Some(ExpressionValue::Real(..))) =>
         {
-            return Err("a floating-point expression cannot be watched; watch its variables".to_owned());
+            return Err("a floating-point expression cannot be watched; watch its variables".into());
         }
         expr => PointTrigger::Change(expr),
     })
 }
 
+/// `rwatch`: stops when a place is read.
 pub(super) fn rwatch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     access(shell, args, AccessKind::Read, out)
 }
 
+/// `awatch`: stops when a place is read or written.
 pub(super) fn awatch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     access(shell, args, AccessKind::Any, out)
 }
@@ -158,7 +171,7 @@ fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut Stri
     let (text, condition) = split_condition(args);
     let text = without_location_flag(text).0;
     let found = shell.session.scope.parse_watched_range(text, shell.session.machine());
-    let (range, name) = found.map_err(|why| match why {
+    let WatchedRange { range, description: name } = found.map_err(|why| match why {
         DebugError::UnknownSymbolHere { .. } => why.to_string(),
         why => format!("{why}; watch {text} detects its changes"),
     })?;
@@ -169,23 +182,23 @@ fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut Stri
 }
 
 /// Parses the number of a point at the front of the arguments, and returns the rest.
-fn parse_point_number<'a>(shell: &DebugShell, args: &'a str) -> Result<(u32, &'a str), String> {
+fn parse_point_number<'a>(shell: &DebugShell, args: &'a str) -> Result<(u32, &'a str), CommandError> {
     let (number, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
     Ok((find_point(shell, number)?, rest.trim()))
 }
 
-fn find_point(shell: &DebugShell, number: &str) -> Result<u32, String> {
+fn find_point(shell: &DebugShell, number: &str) -> Result<u32, CommandError> {
     if number.is_empty() {
-        return Err("the number of a point is missing; `info break` lists them".to_owned());
+        return Err("the number of a point is missing; `info break` lists them".into());
     }
     // `$bpnum`, as `save breakpoints` writes it.
     let named = || u32::try_from(shell.integer_value(number.strip_prefix('$').map(|_| number)?).ok()?).ok();
     let id = number.parse().ok().or_else(named).filter(|id| shell.session.points.get(*id).is_some());
-    id.ok_or_else(|| format!("there is no point {number}; `info break` lists them"))
+    id.ok_or_else(|| format!("there is no point {number}; `info break` lists them").into())
 }
 
 /// Parses numbers of points: `1 2`, `1-3`.
-pub(super) fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
+pub(super) fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, CommandError> {
     let mut found = Vec::new();
     for word in args.split_whitespace() {
         let range = word.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
@@ -195,7 +208,7 @@ pub(super) fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String
                 let before = found.len();
                 found.extend(ids.filter(|id: &u32| (first..=last).contains(id)));
                 if found.len() == before {
-                    return Err(format!("there is no point {word}; `info break` lists them"));
+                    return Err(format!("there is no point {word}; `info break` lists them").into());
                 }
             }
             None => found.push(find_point(shell, word)?),
@@ -204,6 +217,7 @@ pub(super) fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String
     Ok(found)
 }
 
+/// `condition`: sets or removes the condition of a point.
 pub(super) fn condition(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (id, text) = parse_point_number(shell, args)?;
     let at = shell.session.points.get(id).and_then(|point| match &point.trigger {
@@ -221,6 +235,7 @@ pub(super) fn condition(shell: &mut DebugShell, args: &str, out: &mut String) ->
     Ok(())
 }
 
+/// `ignore`: ignores the next hits of a point.
 pub(super) fn ignore(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (id, text) = parse_point_number(shell, args)?;
     let count = shell.integer_value(if text.is_empty() { "0" } else { text })?;
@@ -236,6 +251,7 @@ pub(super) fn ignore(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     Ok(())
 }
 
+/// `commands`: reads the commands that are executed at hits of a point.
 pub(super) fn commands(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     let last = shell.session.points.all().last().map(|point| point.id);
     let id = match args {
@@ -246,6 +262,7 @@ pub(super) fn commands(shell: &mut DebugShell, args: &str, _: &mut String) -> Co
     Ok(())
 }
 
+/// `delete`: deletes points.
 pub(super) fn delete(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     // gdb has `delete breakpoints`, `delete display`.
     if let Some(displays) = args.strip_prefix("display") {
@@ -259,6 +276,7 @@ pub(super) fn delete(shell: &mut DebugShell, args: &str, _: &mut String) -> Comm
     Ok(())
 }
 
+/// `clear`: deletes the breakpoints at a location.
 pub(super) fn clear(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let words = if args.is_empty() { vec![shell.session.machine().pc()] } else { shell.parse_line_location(args)? };
     let there =
@@ -266,7 +284,7 @@ pub(super) fn clear(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     let ids: Vec<u32> =
         shell.session.points.all().iter().filter(|point| there(&point.trigger)).map(|point| point.id).collect();
     if ids.is_empty() {
-        return Err("there is no breakpoint there; `info breakpoints` lists them".to_owned());
+        return Err("there is no breakpoint there; `info breakpoints` lists them".into());
     }
     for id in ids {
         shell.session.points.remove(id);
@@ -275,6 +293,7 @@ pub(super) fn clear(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     Ok(())
 }
 
+/// `enable`: enables points or displays.
 pub(super) fn enable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     if let Some(displays) = after_word(args, "display") {
         return super::displays::enable_displays(shell, displays, true);
@@ -294,6 +313,7 @@ pub(super) fn enable(shell: &mut DebugShell, args: &str, _: &mut String) -> Comm
     set_enabled(shell, args, true)
 }
 
+/// `disable`: disables points or displays.
 pub(super) fn disable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     if let Some(displays) = after_word(args, "display") {
         return super::displays::enable_displays(shell, displays, false);
@@ -310,7 +330,7 @@ fn after_word<'a>(args: &'a str, word: &str) -> Option<&'a str> {
 /// Enables points, and sets what happens to them when they stop the program.
 fn set_disposition(shell: &mut DebugShell, args: &str, set: impl Fn(&mut DebugPoint)) -> CommandResult {
     if args.is_empty() {
-        return Err("the number of a point is missing; `info break` lists them".to_owned());
+        return Err("the number of a point is missing; `info break` lists them".into());
     }
     for id in numbers(shell, args)? {
         if let Some(point) = shell.session.points.get_mut(id) {

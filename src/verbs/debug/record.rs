@@ -4,7 +4,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::ResetCause;
 use emu_core::pins::{CycleTime, PinLevel};
 use emu_debug::TimedDrive;
-use emu_debug::debug::{ExpressionPlace, UserAction};
+use emu_debug::debug::{ExpressionPlace, TimedAction, UserAction};
 use emu_debug::stimulus::{ExternalDrive, supply_name};
 use scenario::{RecordedAction, Recorder, ScenarioValue};
 
@@ -16,9 +16,10 @@ use crate::shared::output::RequestedOutput;
 /// Maximum size in bytes of a number in memory that a scenario can set.
 const BYTES: u8 = 4;
 
+/// `record`: writes the actions of the session to a file as a scenario.
 pub(super) fn record(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("the name of a file is missing: record session.toml".to_owned());
+        return Err("the name of a file is missing: record session.toml".into());
     }
     let sentence = |failure: VerbFailure| failure.sentence();
     for file in &shell.snapshot_writer.protected_files {
@@ -61,7 +62,7 @@ impl DebugShell {
             recorder.push(tick(CycleTime::at(*cycle)), RecordedAction::Other(format!("load {file}")));
             lost = 1;
         }
-        for (cycle, action) in self.session.input_events().filter(|(cycle, _)| *cycle <= now) {
+        for TimedAction { cycle, action } in self.session.input_events().filter(|event| event.cycle <= now) {
             let (at, recorded) = match action {
                 UserAction::Drive(drive) => (drive.at.max(CycleTime::at(cycle)), recorded_drive(chip, drive)),
                 UserAction::Reset(ResetCause::PowerOn) => (CycleTime::at(cycle), RecordedAction::PowerCycle),

@@ -153,7 +153,7 @@ impl Conversation<'_> {
     /// Reports a block that is still open at the end of the lines as a failure.
     fn end_of_lines(&mut self) -> Result<Option<ScriptEnd>, VerbFailure> {
         let Err(why) = self.shell.end_of_lines() else { return Ok(None) };
-        self.report_failure(&why)?;
+        self.report_failure(&why.to_string())?;
         Ok(self.batch.then_some(ScriptEnd::Code(exit::FAILED)))
     }
 

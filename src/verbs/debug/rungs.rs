@@ -3,23 +3,24 @@
 use std::collections::BTreeSet;
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{DebugSession, RunGoal, SessionStopReason};
+use emu_debug::debug::{DebugSession, FileLine, RunGoal, SessionStopReason};
 use ladder_view::{ElementStart, LadderView};
 
+use super::command_error::CommandError;
 use super::shell::{CommandResult, DebugShell};
 use super::steps::repeat_steps;
 
 impl DebugShell {
     /// Returns the ladder program, or an error if there is none.
-    pub(super) fn ladder(&self) -> Result<&LadderView, String> {
+    pub(super) fn ladder(&self) -> Result<&LadderView, CommandError> {
         self.view
             .as_ref()
-            .ok_or_else(|| "this is not a ladder program with a map (PROGRAM.ld, or --map and --ladder)".to_owned())
+            .ok_or_else(|| "this is not a ladder program with a map (PROGRAM.ld, or --map and --ladder)".into())
     }
 
     /// Returns the program words of `rung 3`, `rung 3.2` (an element) or `welder.ld:12`; `None` if the text
     /// has another form.
-    pub(super) fn rung_location(&self, text: &str) -> Option<Result<Vec<u32>, String>> {
+    pub(super) fn rung_location(&self, text: &str) -> Option<Result<Vec<u32>, CommandError>> {
         let view = self.view.as_ref()?;
         if let Some(rest) = text.strip_prefix("rung").filter(|rest| rest.starts_with(char::is_whitespace)) {
             return Some(of_rung(view, rest.trim()));
@@ -29,11 +30,11 @@ impl DebugShell {
         let line: u32 = line.trim().parse().ok()?;
         if file.rsplit('/').next() != Some(own) {
             let other = ::ladder::is_program_name(file);
-            return other.then(|| Err(format!("the program is {own}, and has no lines of {file}")));
+            return other.then(|| Err(format!("the program is {own}, and has no lines of {file}").into()));
         }
         Some(match view.rung_of_line(line) {
             Some(rung) => of_rung(view, &rung.to_string()),
-            None => Err(no_rung_message(view, own, line)),
+            None => Err(no_rung_message(view, own, line).into()),
         })
     }
 
@@ -78,7 +79,7 @@ fn no_rung_message(view: &LadderView, own: &str, line: u32) -> String {
     }
 }
 
-fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
+fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, CommandError> {
     let (rung, element) = text.split_once('.').map_or((text, None), |(rung, element)| (rung, Some(element)));
     let number =
         |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is not the number of a rung: rung 3, rung 3.2"));
@@ -93,7 +94,7 @@ fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
     };
     word.map(|word| vec![word]).ok_or_else(|| {
         let rungs: Vec<String> = view.rung_starts().iter().map(|start| start.rung.to_string()).collect();
-        format!("rung {text} has no code; rungs with code are {}", rungs.join(", "))
+        format!("rung {text} has no code; rungs with code are {}", rungs.join(", ")).into()
     })
 }
 
@@ -125,22 +126,26 @@ fn run_to_words(
     Ok(())
 }
 
+/// `scan`: runs to the beginning of the next scan.
 pub(super) fn scan(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     run_to_words(shell, args, |view| BTreeSet::from([view.scan_start()]), out)
 }
 
+/// `rung`: runs to the beginning of the next rung.
 pub(super) fn rung(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     run_to_words(shell, args, |view| view.rung_starts().into_iter().map(|start| start.word).collect(), out)
 }
 
+/// `element`: runs to the beginning of the next element.
 pub(super) fn element(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     run_to_words(shell, args, |view| view.element_starts().into_iter().map(|start| start.word).collect(), out)
 }
 
+/// `why`: explains the value of a symbol of the ladder program.
 pub(super) fn why(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let view = shell.ladder()?;
     if args.is_empty() {
-        return Err("which symbol? why Ymotor".to_owned());
+        return Err("which symbol? why Ymotor".into());
     }
     let follow = shell.session.follower().ok_or("the scans of this program are not recorded")?;
     for line in view.explain_value(follow, shell.session.machine(), args).map_err(|error| error.to_string())? {
@@ -161,7 +166,7 @@ pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     };
     let lines = view.draw_rung(rung, shell.session.follower(), target, shell.color);
     if lines.is_empty() {
-        return Err(format!("there is no rung {rung}; the last rung is {}", view.program().rungs.len()));
+        return Err(format!("there is no rung {rung}; the last rung is {}", view.program().rungs.len()).into());
     }
     lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
     Ok(())
@@ -188,7 +193,7 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     let view = shell.ladder()?;
     let target = shell.session.machine();
     let first = match (args, args.parse::<u32>(), &shell.listed) {
-        ("", _, Some((_, next))) => *next,
+        ("", _, Some(FileLine { line: next, .. })) => *next,
         ("", _, None) => view.rung_at(view.current_word(target)).unwrap_or(1),
         (_, Ok(rung), _) => rung.max(1),
         (place, ..) => {
@@ -198,12 +203,12 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     };
     let last = view.program().rungs.len() as u32;
     if first > last {
-        return Err(format!("the program ends with rung {last}"));
+        return Err(format!("the program ends with rung {last}").into());
     }
     for rung in first..=last.min(first + SHOWN - 1) {
         let lines = view.draw_rung(rung, shell.session.follower(), target, shell.color);
         lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
     }
-    shell.listed = Some((view.program().file.clone(), first + SHOWN));
+    shell.listed = Some(FileLine { file: view.program().file.clone(), line: first + SHOWN });
     Ok(())
 }

@@ -3,10 +3,12 @@
 use emu_core::cpu::{LAST_CYCLE, ResetCause};
 use emu_core::image::TypeId;
 use emu_debug::debug::{
-    CallFrame, DebugExpression, DebugSession, ExpressionPlace, PointTrigger, RunGoal, SessionStopReason, UserAction,
+    CallFrame, DebugExpression, DebugSession, ExpressionPlace, FileLine, NamedFunction, PointTrigger, RunGoal,
+    SessionStopReason, UserAction,
 };
-use emu_debug::stimulus::parse_pin_level;
+use emu_debug::stimulus::{PinAndLevel, parse_pin_level};
 
+use super::command_error::CommandError;
 use super::ladder::chip_pin_text;
 use super::shell::{CommandResult, DebugShell};
 use super::steps::{CallDepth, LineStep, current_line, line_step, repeat_steps};
@@ -47,29 +49,33 @@ fn note_missing_lines(shell: &mut DebugShell, out: &mut String) {
         return;
     }
     match shell.session.scope.calls().function(shell.session.machine().pc()) {
-        Some((_, name)) => out.push_str(&format!(
+        Some(NamedFunction { name, .. }) => out.push_str(&format!(
             "Single stepping until exit from function {name},\nwhich has no line number information.\n"
         )),
         None => shell.note_once(NO_LINES, out),
     }
 }
 
+/// `step`: runs to the beginning of another line, also in calls.
 pub(super) fn step(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     note_missing_lines(shell, out);
     line_steps(shell, args, LineStep::Into, out)
 }
 
+/// `next`: runs to the beginning of another line of the function.
 pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     note_missing_lines(shell, out);
     line_steps(shell, args, LineStep::Over, out)
 }
 
+/// `stepi`: executes instructions.
 pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
     shell.run_and_report(out, |session, keep_running| session.step_instructions(count, LAST_CYCLE, keep_running));
     Ok(())
 }
 
+/// `nexti`: executes instructions, calls as one.
 pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     repeat_run(shell, args, out, |session, keep_running| {
         let mut depth = CallDepth::default();
@@ -93,9 +99,10 @@ fn run_out_of_subroutine(
     })
 }
 
+/// `finish`: runs until the selected function returns.
 pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     if !shell.may_return() {
-        return Err(OUTERMOST.to_owned());
+        return Err(OUTERMOST.into());
     }
     let return_addresses = shell.calls();
     let frame = return_addresses
@@ -114,10 +121,14 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
         });
         return Ok(());
     }
-    let is_main =
-        shell.session.scope.calls().frame_name(shell.session.machine(), &frame).is_some_and(|own| own.0 == "main");
+    let is_main = shell
+        .session
+        .scope
+        .calls()
+        .frame_name(shell.session.machine(), &frame)
+        .is_some_and(|own| own.function == "main");
     if is_main {
-        return Err(OUTERMOST.to_owned());
+        return Err(OUTERMOST.into());
     }
     out.push_str(&format!("Run till exit from {}", shell.frame_line(shell.level, &frame)));
     let kind = shell.result_type(&frame);
@@ -139,9 +150,10 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
     Ok(())
 }
 
+/// `advance`: runs to a location.
 pub(super) fn advance(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("the location is missing: advance main.c:12, advance price".to_owned());
+        return Err("the location is missing: advance main.c:12, advance price".into());
     }
     until(shell, args, out)
 }
@@ -151,16 +163,18 @@ fn rewind(shell: &mut DebugShell) -> CommandResult {
     let first = shell.session.first_cycle();
     let keep_running = &mut shell.keep_running();
     match shell.session.goto_cycle(first, keep_running) {
-        SessionStopReason::Interrupted => Err("interrupted".to_owned()),
+        SessionStopReason::Interrupted => Err("interrupted".into()),
         _ => Ok(()),
     }
 }
 
+/// `run`: starts the program again from the beginning and runs it.
 pub(super) fn run(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     rewind(shell)?;
     continue_running(shell, "", out)
 }
 
+/// `start`: starts the program again and runs it to `main`.
 pub(super) fn start(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     let words = shell.parse_line_location("main").map_err(|why| format!("{why}; run goes to the first breakpoint"))?;
     rewind(shell)?;
@@ -170,9 +184,10 @@ pub(super) fn start(shell: &mut DebugShell, _: &str, out: &mut String) -> Comman
     Ok(())
 }
 
+/// `jump`: moves execution to a location and runs.
 pub(super) fn jump(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("the location is missing: jump main.c:12, jump 0x86".to_owned());
+        return Err("the location is missing: jump main.c:12, jump 0x86".into());
     }
     let word = shell.parse_line_location(args)?.first().copied().unwrap_or_default();
     let address = shell.session.scope.chip().code_address(word);
@@ -181,6 +196,7 @@ pub(super) fn jump(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     continue_running(shell, "", out)
 }
 
+/// `until`: runs to a location, or to a line behind the current one.
 pub(super) fn until(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
         note_missing_lines(shell, out);
@@ -195,6 +211,7 @@ pub(super) fn until(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     Ok(())
 }
 
+/// `continue`: runs to the next breakpoint; with a number, ignores hits of the one here.
 pub(super) fn continue_running(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
     if count > 1 {
@@ -211,22 +228,24 @@ pub(super) fn continue_running(shell: &mut DebugShell, args: &str, out: &mut Str
     Ok(())
 }
 
+/// `until-pin`: runs until a pin has a level.
 pub(super) fn until_pin(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let chip = shell.session.scope.chip();
     let named = shell.view.as_ref().map_or_else(|| args.to_owned(), |view| chip_pin_text(view, args));
     let own = avr::chip_pin_text(chip, &shell.session.scope.source().names.replace_channel_name(&named));
-    let (pin, level) = parse_pin_level(chip, &own)?;
+    let PinAndLevel { pin, level } = parse_pin_level(chip, &own)?;
     let id = shell.session.points.add(PointTrigger::Pin(pin, Some(level)), args, true);
     shell.run_and_report(out, |session, keep_running| session.run(&RunGoal::default(), keep_running));
     shell.session.points.remove(id);
     Ok(())
 }
 
+/// `run-to-cycle`: runs to a cycle.
 pub(super) fn run_to_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let cycle = shell.parse_cycle(args)?;
     let now = shell.session.machine().cycle();
     if cycle < now {
-        return Err(format!("cycle {cycle} is in the past, the current cycle is {now}; goto-cycle goes back"));
+        return Err(format!("cycle {cycle} is in the past, the current cycle is {now}; goto-cycle goes back").into());
     }
     shell.run_and_report(out, |session, keep_running| {
         session.run(&RunGoal { until: Some(cycle), runs_while_halted: true, ..RunGoal::default() }, keep_running)
@@ -234,6 +253,7 @@ pub(super) fn run_to_cycle(shell: &mut DebugShell, args: &str, out: &mut String)
     Ok(())
 }
 
+/// `reset`: resets the chip.
 pub(super) fn reset(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let kinds = [
         ("external", ResetCause::External),
@@ -252,16 +272,16 @@ pub(super) fn reset(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 
 impl DebugShell {
     /// Parses a machine cycle or a time: `16000`, `$cycle + 100`, `10ms`.
-    pub(super) fn parse_cycle(&self, text: &str) -> Result<u64, String> {
+    pub(super) fn parse_cycle(&self, text: &str) -> Result<u64, CommandError> {
         if text.trim().is_empty() {
-            return Err("a cycle or a time is missing: 16000, $cycle+100, 10ms".to_owned());
+            return Err("a cycle or a time is missing: 16000, $cycle+100, 10ms".into());
         }
         let is_time = text.trim().ends_with(['s', 'c']) && text.trim().starts_with(|c: char| c.is_ascii_digit());
         if is_time {
             return Ok(self.session.clock().parse_cycles(text.trim())?);
         }
         let value = self.integer_value(text)?;
-        u64::try_from(value).map_err(|_| format!("cycle {value} is before power-up"))
+        u64::try_from(value).map_err(|_| format!("cycle {value} is before power-up").into())
     }
 
     /// Returns the type of the result of the function of a call; `None` if it is unknown or `void`.
@@ -284,11 +304,13 @@ impl DebugShell {
 
     /// Parses a location like [`DebugShell::parse_location`], except that a number alone is a line if the
     /// program has lines, as in gdb.
-    pub(super) fn parse_line_location(&self, text: &str) -> Result<Vec<u32>, String> {
+    pub(super) fn parse_line_location(&self, text: &str) -> Result<Vec<u32>, CommandError> {
         let text = text.trim();
-        let named = text.rsplit_once(':').and_then(|(file, line)| Some((self.source_file(file)?, line.parse().ok()?)));
+        let named = text
+            .rsplit_once(':')
+            .and_then(|(file, line)| Some(FileLine { file: self.source_file(file)?, line: line.parse().ok()? }));
         match self.parse_line_number(text).or(named) {
-            Some((file, line)) => {
+            Some(FileLine { file, line }) => {
                 // A line without code means the next line with code.
                 let lines = self
                     .session
@@ -315,17 +337,17 @@ impl DebugShell {
     }
 
     /// Returns why a location is unknown: for a name alone in a C program with the text of gdb.
-    fn unknown_location(&self, text: &str, why: String) -> String {
+    fn unknown_location(&self, text: &str, why: CommandError) -> CommandError {
         let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
             && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         match is_name && self.session.scope.has_debug_info() {
-            true => format!("Function \"{text}\" not defined."),
+            true => format!("Function \"{text}\" not defined.").into(),
             false => why,
         }
     }
 
     /// Parses a location into program words: an address, a symbol, `main.c:12`, `*EXPR`, `$pc`.
-    pub(super) fn parse_location(&self, text: &str) -> Result<Vec<u32>, String> {
+    pub(super) fn parse_location(&self, text: &str) -> Result<Vec<u32>, CommandError> {
         let text = text.trim();
         if let Some(words) = self.rung_location(text) {
             return words;

@@ -2,6 +2,7 @@
 //! when the history is executed again. A scenario that expects or waits is first played to its end on a copy
 //! of the machine, because the times of its steps are known only then.
 
+use super::command_error::CommandError;
 use std::collections::BTreeSet;
 
 use diag::Diagnostic;
@@ -11,10 +12,10 @@ use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_debug::chip_scenario::{ChipBindings, ChipResolver, timed_drives};
 use emu_debug::debug::{
     DebugSession, DynMachine, MachineWithDevices, NameScope, ObserveLevel, RunGoal, SessionOptions, SessionStopReason,
-    UserAction,
+    TimedAction, UserAction,
 };
 use emu_debug::run::run_with_devices;
-use emu_debug::stimulus::{ExternalDrive, check_drive_supported};
+use emu_debug::stimulus::{ExternalDrive, SupplyChange, check_drive_supported};
 use emu_debug::{AddressNames, AttachedDevices, CycleClock, RunPlan, TimedDrive};
 use ladder_compile::SpecialPin;
 use ladder_view::LadderView;
@@ -45,7 +46,7 @@ pub(super) struct ScenarioContext<'a> {
     /// Pins that the command line and devices drive.
     pub driven: Vec<PinId>,
     /// Changes of the supply by the command line: time and millivolts.
-    pub supplies: Vec<(CycleTime, u32)>,
+    pub supplies: Vec<SupplyChange>,
     pub snapshot_writer: SnapshotWriter,
 }
 
@@ -212,7 +213,8 @@ impl<'a> LadderPlayback<'a> {
                 break "it was stopped";
             }
             let first = begun.is_none() && session.machine().pc() == start;
-            self.drive_changes(&mut session, begun, (period, start)).map_err(VerbFailure::Usage)?;
+            self.drive_changes(&mut session, begun, (period, start))
+                .map_err(|why| VerbFailure::Usage(why.to_string()))?;
             let until = session.machine().cycle().saturating_add(MAX_PERIODS * period + RESET_CYCLES);
             // AP101 begins with its program, so its first scan begins at once.
             begun = if first { Some(session.machine().cycle()) } else { run_to_word(&mut session, start, until) };
@@ -223,7 +225,7 @@ impl<'a> LadderPlayback<'a> {
         };
         let verdict = self.play.finish(why);
         report_verdict(file, &verdict, (session.machine().cycle(), &verdict.tick_text));
-        let drive = |(_, action): (u64, &UserAction)| match action {
+        let drive = |event: TimedAction<'_>| match event.action {
             UserAction::Drive(drive) => Some(*drive),
             _ => None,
         };
@@ -236,7 +238,7 @@ impl<'a> LadderPlayback<'a> {
         session: &mut DebugSession,
         begun: Option<u64>,
         (period, start): (u64, u32),
-    ) -> Result<(), String> {
+    ) -> Result<(), CommandError> {
         let next = self.play.scan_inputs();
         let (chip, at) = (self.around.names.chip, CycleTime::at(session.machine().cycle()));
         let pin = |name: &str| chip.pin(&self.view.pin_assignment(name));
@@ -273,7 +275,7 @@ impl<'a> LadderPlayback<'a> {
         arrives: u64,
         begun: Option<u64>,
         (period, start): (u64, u32),
-    ) -> Result<(), String> {
+    ) -> Result<(), CommandError> {
         let line = self.view.map().specials.iter().find_map(|special| match special {
             SpecialPin::Receive { pin, baud } => Some((self.around.names.chip.pin(pin)?, *baud)),
             _ => None,

@@ -2,6 +2,7 @@
 
 use emu_debug::debug::PrintSettings;
 
+use super::command_error::CommandError;
 use super::shell::{CommandResult, DebugShell};
 
 /// Settings of gdb that scripts often change and that have no effect here.
@@ -19,7 +20,7 @@ const FIXED_PRINT_SETTINGS: &[(&str, &str)] = &[
 ///
 /// # Errors
 /// The setting is not available.
-pub(super) fn set_setting(shell: &mut DebugShell, args: &str, out: &mut String) -> Result<bool, String> {
+pub(super) fn set_setting(shell: &mut DebugShell, args: &str, out: &mut String) -> Result<bool, CommandError> {
     let words: Vec<&str> = args.split_whitespace().collect();
     let print = &mut shell.session.scope.print;
     match words.as_slice() {
@@ -32,8 +33,10 @@ pub(super) fn set_setting(shell: &mut DebugShell, args: &str, out: &mut String) 
             let value = value.first().copied().unwrap_or("on");
             return match FIXED_PRINT_SETTINGS.iter().find(|(own, _)| own == name) {
                 Some((_, fixed)) if *fixed == value => Ok(true),
-                Some((_, fixed)) => Err(format!("`set print {name}` is not available; it is {fixed}")),
-                None => Err(format!("`set print {name}` is not available; there are pretty, elements and repeats")),
+                Some((_, fixed)) => Err(format!("`set print {name}` is not available; it is {fixed}").into()),
+                None => {
+                    Err(format!("`set print {name}` is not available; there are pretty, elements and repeats").into())
+                }
             };
         }
         [name, ..] if IGNORED_GDB_SETTINGS.contains(name) => {
@@ -49,7 +52,7 @@ pub(super) fn set_setting(shell: &mut DebugShell, args: &str, out: &mut String) 
 ///
 /// # Errors
 /// The value of an option is invalid.
-pub(super) fn print_options<'a>(print: &mut PrintSettings, args: &'a str) -> Result<&'a str, String> {
+pub(super) fn print_options<'a>(print: &mut PrintSettings, args: &'a str) -> Result<&'a str, CommandError> {
     let mut rest = args.trim_start();
     loop {
         let (word, behind) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
@@ -72,10 +75,10 @@ pub(super) fn print_options<'a>(print: &mut PrintSettings, args: &'a str) -> Res
     }
 }
 
-fn amount(text: &str) -> Result<u32, String> {
+fn amount(text: &str) -> Result<u32, CommandError> {
     match text {
         "unlimited" | "0" | "-1" => Ok(u32::MAX),
-        text => text.parse::<u32>().map_err(|_| format!("`{text}` is not a count; write a number or unlimited")),
+        text => text.parse::<u32>().map_err(|_| format!("`{text}` is not a count; write a number or unlimited").into()),
     }
 }
 
@@ -105,7 +108,7 @@ pub(super) fn show(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
         ["version"] => format!("emu {}", env!("CARGO_PKG_VERSION")),
         _ => {
             let known = "print pretty, print elements, print repeats, listsize, version";
-            return Err(format!("`show {args}` is not available; there are {known}"));
+            return Err(format!("`show {args}` is not available; there are {known}").into());
         }
     };
     out.push_str(&format!("{text}\n"));

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use emu_debug::TimedDrive;
-use emu_debug::debug::{DebugExpression, DebugSession, SessionStopReason};
+use emu_debug::debug::{DebugExpression, DebugSession, FileLine, SessionStopReason};
 use ladder_view::LadderView;
 
 use super::blocks::{BlockKind, OpenBlock, UserCommand};
+use super::command_error::CommandError;
 use super::commands::{self, CommandLine, RepeatKind};
 use super::displays::DisplayedExpression;
 use super::open::OpenedSession;
@@ -35,7 +36,7 @@ pub enum ShellFlow {
 }
 
 /// Result of a command; a failure is a sentence.
-pub(super) type CommandResult = Result<(), String>;
+pub(super) type CommandResult = Result<(), CommandError>;
 
 /// A session with the settings of its user.
 pub struct DebugShell {
@@ -51,7 +52,9 @@ pub struct DebugShell {
     pub(super) queued_drives: Vec<TimedDrive>,
     /// Draw rungs in colours.
     pub(super) color: bool,
+    /// The texts of the source files.
     pub(super) sources: SourceFiles,
+    /// Writes snapshot files of the machine.
     pub(super) snapshot_writer: SnapshotWriter,
     /// Expressions that every stop shows.
     pub(super) displays: Vec<DisplayedExpression>,
@@ -71,7 +74,7 @@ pub struct DebugShell {
     /// Function and frame address of the selected call at the last stop.
     pub(super) stopped_in: Option<(String, Option<u32>)>,
     /// File and line where the next `list` continues.
-    pub(super) listed: Option<(String, u32)>,
+    pub(super) listed: Option<FileLine>,
     /// Where the next `x` continues.
     pub(super) examined: Option<super::examine::ExamineState>,
     /// Cycle of the last `disas`, and the word where the next one continues.
@@ -92,10 +95,13 @@ pub struct DebugShell {
     pub(super) block: Option<OpenBlock>,
     /// User-defined commands.
     pub(super) user_commands: BTreeMap<String, UserCommand>,
+    /// Lines that are executed before further lines are read.
     pub(super) queue: VecDeque<String>,
+    /// The number of lines that were put into the queue while the machine stood still.
     pub(super) queued_count: usize,
     /// Cycle at which `queued_count` was last set to 0.
     queued_at: u64,
+    /// The exit code, once `quit` was executed.
     pub(super) leave: Option<u8>,
     /// Nesting depth of scripts.
     pub(super) nesting: u32,
@@ -229,7 +235,7 @@ impl DebugShell {
             Ok(()) => self.flow_after(),
             Err(why) => {
                 self.queue.clear();
-                ShellFlow::Failed(why)
+                ShellFlow::Failed(why.to_string())
             }
         }
     }
@@ -311,16 +317,16 @@ impl DebugShell {
     }
 
     /// Parses an expression in the selected call.
-    pub(super) fn parse_expression(&self, text: &str) -> Result<DebugExpression, String> {
+    pub(super) fn parse_expression(&self, text: &str) -> Result<DebugExpression, CommandError> {
         Ok(self.session.scope.parse_expression_in_frame(text, self.session.machine(), self.level)?)
     }
 
     /// Parses a count: an expression, 1 if the text is empty.
-    pub(super) fn parse_count(&self, text: &str) -> Result<u64, String> {
+    pub(super) fn parse_count(&self, text: &str) -> Result<u64, CommandError> {
         if text.trim().is_empty() {
             return Ok(1);
         }
         let value = self.integer_value(text)?;
-        u64::try_from(value).ok().filter(|count| *count > 0).ok_or_else(|| format!("`{text}` is not a count"))
+        u64::try_from(value).ok().filter(|count| *count > 0).ok_or_else(|| format!("`{text}` is not a count").into())
     }
 }

@@ -1,7 +1,7 @@
 //! Steps by source lines, into or over calls, as in gdb.
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{CallFlow, DebugSession, LinePosition, SessionStopReason, StepVerdict};
+use emu_debug::debug::{CallFlow, DebugSession, FileLine, LinePosition, NamedFunction, SessionStopReason, StepVerdict};
 
 /// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last
 /// stop.
@@ -53,7 +53,7 @@ impl CallDepth {
 }
 
 /// Returns the source line of the current instruction.
-pub(super) fn current_line(session: &DebugSession) -> Option<(String, u32)> {
+pub(super) fn current_line(session: &DebugSession) -> Option<FileLine> {
     LinePosition::line_of(session)
 }
 
@@ -86,7 +86,7 @@ pub(super) fn line_step(
     let (mut depth, mut last, mut left) = (CallDepth::default(), from, false);
     // A function without lines is left as a whole.
     let mut unlined_function = match &origin.line {
-        None => session.scope.calls().function(from).map(|(words, _)| words.clone()),
+        None => session.scope.calls().function(from).map(|NamedFunction { words, .. }| words.clone()),
         Some(_) => None,
     };
     // The word after the prologue of a function that the step has entered, and its call depth.

@@ -3,7 +3,9 @@
 use emu_core::cpu::ProgramError;
 use emu_core::pins::{ChipEvent, PinLevel};
 use emu_core::table::DisassembledInstruction;
-use emu_debug::debug::{AccessKind, DebugPoint, DebugPoints, ObjectExpr, PointHit, PointTrigger, SessionStopReason};
+use emu_debug::debug::{
+    AccessKind, DebugPoint, DebugPoints, FileLine, ObjectExpr, PointHit, PointTrigger, SessionStopReason,
+};
 use emu_debug::text_escapes::escape;
 
 use super::numbers::{hex, short_hex};
@@ -64,7 +66,7 @@ impl DebugShell {
     /// Returns the function of the selected call, and the address of its frame.
     fn present_call(&self) -> Option<(String, Option<u32>)> {
         let frame = self.calls().into_iter().nth(self.level)?;
-        let (name, _) = self.session.scope.calls().frame_name(self.session.machine(), &frame)?;
+        let name = self.session.scope.calls().frame_name(self.session.machine(), &frame)?.function;
         Some((name.to_owned(), frame.cfa))
     }
 
@@ -202,7 +204,7 @@ impl DebugShell {
         let source = self.session.scope.source();
         // Before an inlined function, the location is the line of its call.
         let call = self.current_line().filter(|_| self.not_entered > 0);
-        if let Some((file, number)) = call {
+        if let Some(FileLine { file, line: number }) = call {
             let chip = self.session.scope.chip();
             let name = source.names.nearest_symbol(word.saturating_mul(chip.word_bytes)).unwrap_or_default();
             let place = format!("0x{:04x} ({name}, {file}:{number})", chip.code_address(word));

@@ -3,6 +3,7 @@
 use emu_debug::debug::{DebugExpression, ExpressionValue};
 use emu_debug::text_escapes::unescape;
 
+use super::command_error::CommandError;
 use super::numbers::ExamineFormat;
 use super::shell::{CommandResult, DebugShell};
 
@@ -24,6 +25,7 @@ fn print_line(text: &str, out: &mut String) -> CommandResult {
     Ok(())
 }
 
+/// `echo`: prints a text.
 pub(super) fn echo(_: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     print_line(args, out)
 }
@@ -32,7 +34,7 @@ pub(super) fn echo(_: &mut DebugShell, args: &str, out: &mut String) -> CommandR
 pub(super) fn output(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (format, text) = ExamineFormat::parse_front(args)?;
     if text.is_empty() {
-        return Err("the expression is missing: output buf, output/x r16".to_owned());
+        return Err("the expression is missing: output buf, output/x r16".into());
     }
     let value = shell.value_text(&shell.parse_expression(text)?, format);
     out.push_str(&format!("{value}\n"));
@@ -69,7 +71,7 @@ pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     }
     found.push_str(left);
     if values.next().is_some() {
-        return Err("there are more values than %".to_owned());
+        return Err("there are more values than %".into());
     }
     print_line(&found, out)
 }
@@ -91,7 +93,7 @@ fn split_values(text: &str) -> Vec<String> {
 }
 
 /// Formats a value in a field.
-fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> Result<String, String> {
+fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> Result<String, CommandError> {
     let amount = || shell.expression_value(value);
     let (width, digits) = flags.split_once('.').unwrap_or((flags, ""));
     let digits = digits.parse::<usize>().ok().map(|digits| digits.min(MAX_FIELD_WIDTH));
@@ -108,7 +110,7 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
         },
         'g' => amount()?.text(),
         's' => string_in_ram(shell, value)?,
-        _ => return Err(format!("`%{letter}` is not a format; the formats are d i u x X o p c f g s")),
+        _ => return Err(format!("`%{letter}` is not a format; the formats are d i u x X o p c f g s").into()),
     };
     let left = width.contains('-');
     let zeros = width.trim_start_matches(['-', '+', ' ', '#']).starts_with('0') && !left;
@@ -125,7 +127,7 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
 }
 
 /// Returns the string in RAM at the address that a value gives, up to its 0.
-fn string_in_ram(shell: &DebugShell, value: &str) -> Result<String, String> {
+fn string_in_ram(shell: &DebugShell, value: &str) -> Result<String, CommandError> {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     if let DebugExpression::Text(text) = shell.parse_expression(value)? {
         return Ok(String::from_utf8_lossy(&text).replace('\\', "\\\\"));

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use emu_core::chip::PinDef;
 use emu_core::pins::{ChipEvent, PinLevel};
-use emu_debug::debug::{DynMachine, PointTrigger, RunGoal, SessionStopReason};
+use emu_debug::debug::{DynMachine, FileLine, PointTrigger, RunGoal, SessionStopReason};
 use emu_debug::trace::register_bits;
 use emu_tui::debugger::{
     CodeLine, CommandAnswer, DebuggedMachine, DebuggerScreen, DebuggerSnapshot, MemoryExcerpt, NamedValue, PinTrace,
@@ -211,7 +211,7 @@ impl TuiSession {
             return None;
         }
         let present = self.shell.current_line();
-        let (file, own) = present.clone().or_else(|| self.shell.main_line())?;
+        let FileLine { file, line: own } = present.clone().or_else(|| self.shell.main_line())?;
         let around = line.unwrap_or(own);
         let scope = &self.shell.session.scope;
         let mut sources = self.sources.borrow_mut();
@@ -227,7 +227,7 @@ impl TuiSession {
         let first = around.saturating_sub(u32::try_from(lines).unwrap_or(u32::MAX)).max(1);
         let shown = (1u32..).zip(text).skip(first as usize - 1).take(2 * lines + 1);
         let lines = shown.map(|(number, text)| (number, text.replace('\t', "    "), point(number))).collect();
-        Some(SourceExcerpt { current_line: present.map(|(_, line)| line), file, around, lines })
+        Some(SourceExcerpt { current_line: present.map(|FileLine { line, .. }| line), file, around, lines })
     }
 
     /// Returns the output of the serial port, in lines.
@@ -315,7 +315,7 @@ impl TuiSession {
 
     fn memory(&self, (which, at, count): (usize, u32, usize)) -> Option<MemoryExcerpt> {
         let target = self.shell.session.machine();
-        let spaces: Vec<&str> = target.chip().spaces.iter().map(|space| space.0).collect();
+        let spaces: Vec<&str> = target.chip().spaces.iter().map(|space| space.name).collect();
         // Data memory comes first.
         let first = spaces.iter().position(|space| *space == target.chip().ram_space).unwrap_or(0);
         let name = *spaces.get((first + which) % spaces.len().max(1))?;

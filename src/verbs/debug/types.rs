@@ -3,37 +3,38 @@
 use std::collections::BTreeSet;
 
 use emu_debug::address_names::decimal_offset;
-use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectByteLocation, ObjectExpr};
+use emu_debug::debug::{DebugExpression, ExpressionPlace, FileLine, ObjectByteLocation, ObjectExpr};
 use regex_lite::Regex;
 
+use super::command_error::CommandError;
 use super::shell::{CommandResult, DebugShell};
 
 /// Parses the regular expression of `info functions` and similar topics, which matches any part of a name. An
 /// empty text matches all names.
-pub(super) fn name_filter(text: &str) -> Result<Regex, String> {
+pub(super) fn name_filter(text: &str) -> Result<Regex, CommandError> {
     Regex::new(text).map_err(|why| {
         let why = why.to_string();
         let why = why.lines().last().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        format!("`{text}` is not a regular expression: {why}")
+        format!("`{text}` is not a regular expression: {why}").into()
     })
 }
 
 /// Returns the object or type that a text names.
-fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, String> {
+fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, CommandError> {
     if text.is_empty() {
-        return Err("the expression or type is missing: ptype x, ptype struct order, whatis a[1]".to_owned());
+        return Err("the expression or type is missing: ptype x, ptype struct order, whatis a[1]".into());
     }
     if let Some(found) = shell.session.scope.type_named(text) {
         return Ok(found);
     }
     match shell.parse_expression(text)?.object() {
         Some(object) => Ok(object.clone()),
-        None => Err(format!("the type of `{text}` is unknown")),
+        None => Err(format!("the type of `{text}` is unknown").into()),
     }
 }
 
 /// Returns the type of an expression that is no C object: a literal, a computed value, a register.
-fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
+fn computed_type(shell: &DebugShell, text: &str) -> Result<String, CommandError> {
     if shell.is_void(text) {
         return Ok("void".to_owned());
     }
@@ -45,9 +46,10 @@ fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
         DebugExpression::Place(ExpressionPlace::Reg(_)) if is_avr => Some("uint8_t".to_owned()),
         expr => shell.session.scope.computed_type(expr),
     };
-    known.ok_or_else(|| format!("the type of `{text}` is unknown"))
+    known.ok_or_else(|| format!("the type of `{text}` is unknown").into())
 }
 
+/// `ptype`: prints the definition of a type.
 pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let kind = match parse_object_or_type(shell, args) {
         Ok(object) => object.type_definition(),
@@ -57,6 +59,7 @@ pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     Ok(())
 }
 
+/// `whatis`: prints the type of an expression.
 pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     // For the name of a type, print the type that it is an alias of.
     let kind = match shell.session.scope.type_named(args) {
@@ -73,7 +76,7 @@ pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
 /// `info symbol ADDRESS`: prints the symbol at an address of program memory, or otherwise of RAM.
 pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("which address? info symbol 0x86, info symbol $pc, info symbol data:0x100".to_owned());
+        return Err("which address? info symbol 0x86, info symbol $pc, info symbol data:0x100".into());
     }
     let (scope, chip) = (&shell.session.scope, shell.session.scope.chip());
     if let Ok(range) = scope.parse_range(args) {
@@ -131,7 +134,7 @@ fn spaced(name: &str) -> String {
 
 /// `info line LOCATION`: prints the addresses of the code of a source line.
 pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let (file, number) = match args {
+    let FileLine { file, line: number } = match args {
         "" => shell.current_line().ok_or("there is no source line here")?,
         text => shell.parse_line(text)?,
     };
@@ -184,7 +187,7 @@ fn line_without_code(shell: &mut DebugShell, file: &str, number: u32) -> String 
 
 /// `info source`: prints the current source file.
 pub(super) fn info_source(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
-    let Some((file, _)) = shell.current_line() else {
+    let Some(FileLine { file, .. }) = shell.current_line() else {
         out.push_str("No source line is known here.\n");
         return Ok(());
     };

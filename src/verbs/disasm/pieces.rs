@@ -1,7 +1,7 @@
 //! Divides program memory into instructions, erased areas and gaps.
 
 use emu_core::chip::Chip;
-use emu_core::image::Image;
+use emu_core::image::{AddressedByte, Image};
 use emu_core::table::DisassembledInstruction;
 
 /// Minimum length of an erased area that is not printed byte by byte.
@@ -34,7 +34,7 @@ impl ProgramMemory {
         image.fill(chip.code_space, &mut bytes);
         let words = bytes.chunks(size).map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
         let mut code = ProgramMemory { chip, words: words.collect(), filled: vec![false; bytes.len() / size] };
-        for (addr, _) in image.bytes_in(chip.code_space) {
+        for AddressedByte { addr, .. } in image.bytes_in(chip.code_space) {
             if let Some(word) = code.filled.get_mut(addr as usize / size) {
                 *word = true;
             }

@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::cpu::ProgramError;
 use emu_core::image::{SymbolFile, SymbolSpaces, load_messages, load_symbols};
-use emu_debug::cod::{CodOutcome, CodRefusal, CodRunLimits, CodScript, CodVerdict, run_script};
+use emu_debug::cod::{CodOutcome, CodRefusal, CodRunLimits, CodScript, CodVerdict, NamedText, run_script};
 use emu_debug::{ProgramSource, TimedDrive};
 use serde_json::{Value, json};
 
@@ -134,7 +134,7 @@ fn text<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, drive
     let mut ended = sentence(cpu, outcome, source, drives);
     if let CodVerdict::Message { failed_assertion, pc, cycle, .. } = &outcome.verdict {
         if let Some((assertion, values)) = failed_assertion {
-            let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            let values: Vec<String> = values.iter().map(|one| format!("{} = {}", one.name, one.value)).collect();
             ended.push_str(&format!("\nassertion  {assertion}\nvalues     {}", values.join(", ")));
         }
         ended.push_str(&format!("\npc         {}, cycle {cycle}", source.describe_word(*pc)));
@@ -158,8 +158,8 @@ fn document<C: Cpu>(
         CodVerdict::Unsettled { .. } => ("unsettled", None),
         CodVerdict::Refused(_) => ("refused", None),
     };
-    let values = |values: &[(String, String)]| -> Value {
-        values.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<serde_json::Map<_, _>>().into()
+    let values = |values: &[NamedText]| -> Value {
+        values.iter().map(|one| (one.name.clone(), json!(one.value))).collect::<serde_json::Map<_, _>>().into()
     };
     json!({
         "schema": 1,

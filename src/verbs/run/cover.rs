@@ -1,12 +1,13 @@
 //! `--coverage` and `--profile`: what a run executed, and where its cycles went.
 
+use emu_debug::coverage::lcov::ListingWithRecord;
 use std::io::Write;
 
 use clap::Args;
 use emu_core::cpu::{Cpu, Probe};
 use emu_core::image::Image;
 use emu_debug::coverage::{CoverageTotals, CoveredInstruction, lcov};
-use emu_debug::run::{ReadMemory, RunProbe, run_with_probe};
+use emu_debug::run::{ConnectedMachine, ExtraProbes, ReadMemory, RunProbe, run_with_probe};
 use emu_debug::trace::TraceProbe;
 use emu_debug::{
     AttachedDevices, CodeCoverage, CycleProfile, ProgramSource, RunController, RunPlan, RunResult, WaveWriter,
@@ -205,16 +206,34 @@ impl<'a> CoverageRun<'a> {
         // Each combination has its own run loop, which enables only the hooks that it needs.
         match (coverage_probe, profile) {
             (None, None) => {
-                let result = run_with_probe((cpu, devices), plan, wave, (&mut (), trace_probe), controller);
+                let result = run_with_probe(
+                    ConnectedMachine { cpu, devices },
+                    plan,
+                    wave,
+                    ExtraProbes { extra: &mut (), trace: trace_probe },
+                    controller,
+                );
                 (result, CoverageAndProfile::default())
             }
             (Some(mut coverage_probe), None) => {
-                let result = run_with_probe((cpu, devices), plan, wave, (&mut coverage_probe, trace_probe), controller);
+                let result = run_with_probe(
+                    ConnectedMachine { cpu, devices },
+                    plan,
+                    wave,
+                    ExtraProbes { extra: &mut coverage_probe, trace: trace_probe },
+                    controller,
+                );
                 (result, CoverageAndProfile { coverage_probe: Some(coverage_probe), profile: None })
             }
             (coverage_probe, profile) => {
                 let mut collected = CoverageAndProfile { coverage_probe, profile };
-                let result = run_with_probe((cpu, devices), plan, wave, (&mut collected, trace_probe), controller);
+                let result = run_with_probe(
+                    ConnectedMachine { cpu, devices },
+                    plan,
+                    wave,
+                    ExtraProbes { extra: &mut collected, trace: trace_probe },
+                    controller,
+                );
                 if let Some(profile) = &mut collected.profile {
                     profile.finish(cpu.cycle());
                 }
@@ -295,7 +314,7 @@ fn coverage_records(
     }
     let records = lcov::source_records(instructions, source);
     if records.is_empty() {
-        let (listing, record) = lcov::listing_record(instructions, source, &format!("{file}.lst"));
+        let ListingWithRecord { listing, record } = lcov::listing_record(instructions, source, &format!("{file}.lst"));
         return (vec![record], Some(listing));
     }
     (records, None)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use emu_debug::ProgramSource;
-use emu_debug::profile::{CycleProfile, InstructionCycles, InterruptStatistics};
+use emu_debug::profile::{CycleProfile, InstructionCycles, InterruptCycles, InterruptStatistics};
 use serde_json::{Value, json};
 
 use super::rungs::MappedLadder;
@@ -51,10 +51,10 @@ impl CycleReport {
             *stacks.entry((serving(service), name.clone())).or_default() += count;
             *functions.entry(name).or_default() += count;
         }
-        for (service, count) in profile.idle() {
+        for InterruptCycles { serving: service, cycles: count } in profile.idle() {
             *stacks.entry((serving(service), IDLE.to_owned())).or_default() += count;
         }
-        for (service, count) in profile.entries() {
+        for InterruptCycles { serving: service, cycles: count } in profile.entries() {
             *stacks.entry((serving(service), NESTED_ENTRIES.to_owned())).or_default() += count;
         }
         let mut functions: Vec<(String, u64)> = functions.into_iter().collect();
@@ -62,11 +62,11 @@ impl CycleReport {
         CycleReport {
             total: profile.total_cycles(),
             before_first: profile.cycles_before_first(),
-            idle: profile.idle().map(|(_, count)| count).sum(),
-            nested_entries: profile.entries().map(|(_, count)| count).sum(),
+            idle: profile.idle().map(|one| one.cycles).sum(),
+            nested_entries: profile.entries().map(|one| one.cycles).sum(),
             functions,
             rungs: by_rung,
-            interrupts: profile.services().map(|(number, service)| (vector_name(number), service)).collect(),
+            interrupts: profile.services().map(|one| (vector_name(one.vector), one.service)).collect(),
             stacks,
         }
     }

@@ -12,7 +12,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, ResetCause};
 use emu_core::pins::{CycleTime, PinLevel};
 use emu_debug::chip_scenario::{ChipBindings, ChipObservable, ChipStimulus};
-use emu_debug::stimulus::{ExternalDrive, INITIAL_SUPPLY_MV, queue_drive};
+use emu_debug::stimulus::{ExternalDrive, INITIAL_SUPPLY_MV, SupplyChange, queue_drive};
 use emu_debug::{CycleClock, RunController, RunDecision, SerialLineSender, StretchWatch, TimedDrive};
 use scenario::{
     BoundScenario, MachineError, OutputReading, PlayerState, RecordedAction, Recorder, ScenarioError, ScenarioPlayer,
@@ -39,7 +39,7 @@ pub struct ScenarioHost<'a> {
     /// Sends bytes to the chip's serial receiver.
     sender: Option<SerialLineSender>,
     /// Changes of the supply: time, and voltage in millivolts.
-    supplies: Vec<(CycleTime, u32)>,
+    supplies: Vec<SupplyChange>,
     /// The tick at which the players run next.
     next_poll_tick: u64,
     started: bool,
@@ -59,7 +59,7 @@ pub struct ScenarioSetup {
     /// The resolved names of pins and memory.
     pub bindings: ChipBindings,
     /// Changes of the supply from other flags: time, and voltage in millivolts.
-    pub supplies: Vec<(CycleTime, u32)>,
+    pub supplies: Vec<SupplyChange>,
     /// The scenario that gives the verdict, if there is one.
     pub deciding: Option<BoundScenario>,
     /// Stimuli that run in parallel and give no verdict.
@@ -174,8 +174,10 @@ impl<'a> ScenarioHost<'a> {
 
     /// Returns the supply voltage at a time, in millivolts.
     fn supply(&self, time: CycleTime) -> u32 {
-        let before = self.supplies.iter().filter(|(at, _)| *at <= time);
-        before.max_by_key(|(at, _)| *at).map_or(INITIAL_SUPPLY_MV, |(_, millivolts)| *millivolts)
+        let before = self.supplies.iter().filter(|change| change.at <= time);
+        before
+            .max_by_key(|SupplyChange { at, .. }| *at)
+            .map_or(INITIAL_SUPPLY_MV, |SupplyChange { millivolts, .. }| *millivolts)
     }
 
     fn note_drive(&mut self, drive: TimedDrive) {
@@ -264,7 +266,7 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
         match stimulus {
             ChipStimulus::Drive(drive) => {
                 if let ExternalDrive::Supply(millivolts) = drive {
-                    self.host.supplies.push((time, millivolts));
+                    self.host.supplies.push(SupplyChange { at: time, millivolts });
                 }
                 queue_drive(self.cpu, TimedDrive { at: time, drive }, &mut self.host.supply(time)).map_err(refused)?;
                 self.host.note_drive(TimedDrive { at: time, drive });

@@ -78,7 +78,7 @@ pub fn parse_signal<C: Cpu>(
 /// Finds a memory of the chip by the name in a map.
 fn find_space<C: Cpu>(cpu: &C, space: &str) -> Result<&'static str, UsageError> {
     let chip = cpu.chip();
-    let found = chip.spaces.iter().map(|(name, ..)| *name).find(|name| *name == space);
+    let found = chip.spaces.iter().map(|space| space.name).find(|name| *name == space);
     found.ok_or_else(|| UsageError::UnknownMemory { space: space.to_owned(), chip: chip.name })
 }
 

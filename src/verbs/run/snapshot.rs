@@ -49,7 +49,8 @@ impl RunSnapshots {
         planned.plan.continues = self.out.is_some();
         let Some((name, bytes)) = &self.input else { return Ok(()) };
         let refused = |fault| VerbFailure::Refused(vec![fault], FileTexts::default());
-        let (cycle, state) = snapshot::decode_snapshot_for(name, bytes, &self.expected_header).map_err(refused)?;
+        let snapshot::MachineState { cycle, state } =
+            snapshot::decode_snapshot_for(name, bytes, &self.expected_header).map_err(refused)?;
         cpu.restore(state).map_err(|_| refused(snapshot::invalid_state(name)))?;
         if cpu.cycle() != cycle {
             return Err(refused(snapshot::invalid_state(name)));

@@ -49,6 +49,15 @@ pub fn reason_word(reason: RunEnd) -> &'static str {
     }
 }
 
+/// A pin and its level as text.
+#[derive(Debug, Clone, Copy)]
+struct PinText {
+    /// The name of the pin.
+    name: &'static str,
+    /// The level: `0`, `1` or `z`.
+    level: &'static str,
+}
+
 impl<C: Cpu> RunSummary<'_, C> {
     /// Returns the reason for the end of the run as one word.
     fn reason(&self) -> &'static str {
@@ -132,7 +141,7 @@ impl<C: Cpu> RunSummary<'_, C> {
 
     /// Returns name and level of the pins to show: those of [`Cpu::pins_to_show`] and those that are high. Of
     /// purely analog pins, only the driven ones.
-    fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+    fn pins(&self) -> impl Iterator<Item = PinText> {
         let pins = self.source.names.chip.pins.iter().zip(0..);
         let all = self.cpu.pins_to_show();
         let is_high = |id: PinId| self.cpu.has_pin(id) && self.cpu.pin_level(id) == PinLevel::High;
@@ -145,7 +154,7 @@ impl<C: Cpu> RunSummary<'_, C> {
                 PinLevel::High => "1",
                 PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => "z",
             };
-            (def.name, level)
+            PinText { name: def.name, level }
         })
     }
 
@@ -210,7 +219,7 @@ pub fn json_document<C: Cpu>(summary: &RunSummary<'_, C>) -> Value {
     }
     let registers =
         summary.source.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(summary.register(name))));
-    let pins = summary.pins().map(|(name, level)| (name.to_owned(), json!(level)));
+    let pins = summary.pins().map(|PinText { name, level }| (name.to_owned(), json!(level)));
     let peek = summary.peek.iter().map(|(text, range)| (text.clone(), json!(summary.cells(range).concat())));
     let contention: Vec<Value> =
         summary.contention().map(|(pin, cycle)| json!({ "pin": pin, "cycle": cycle })).collect();
@@ -292,16 +301,16 @@ pub fn summary_text<C: Cpu>(summary: &RunSummary<'_, C>) -> String {
 }
 
 /// Returns the names of the pins that are high, for chips with too many pins to show all.
-fn high_pins_text(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
-    let high: Vec<&str> = pins.filter(|(_, level)| *level == "1").map(|(name, _)| name).collect();
+fn high_pins_text(pins: impl Iterator<Item = PinText>) -> String {
+    let high: Vec<&str> = pins.filter(|PinText { level, .. }| *level == "1").map(|PinText { name, .. }| name).collect();
     if high.is_empty() { "none".to_owned() } else { high.join(" ") }
 }
 
 /// Returns ports with their pins from bit 7 down, `PB=zz1zzzzz P1=zzzz1111`, with `-` for a missing pin in
 /// between; then the other pins.
-fn pin_levels_text(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
+fn pin_levels_text(pins: impl Iterator<Item = PinText>) -> String {
     let (mut ports, mut others): (Vec<(&str, String)>, _) = (Vec::new(), Vec::new());
-    for (name, level) in pins {
+    for PinText { name, level } in pins {
         let Some((port, bit)) = port_and_bit(name) else {
             others.push(format!("{name}={level}"));
             continue;

@@ -116,9 +116,16 @@ impl TimeAxis {
     }
 }
 
-/// A part of a signal: start and end coordinates, and its value, or `None` if it changes too often to be
-/// drawn.
-type SignalStretch<'a> = (f64, f64, Option<&'a SignalValue>);
+/// A part of a signal.
+#[derive(Debug, Clone)]
+struct SignalStretch<'a> {
+    /// The coordinate of its start.
+    start: f64,
+    /// The coordinate of its end.
+    end: f64,
+    /// Its value, or `None` if it changes too often to be drawn.
+    value: Option<&'a SignalValue>,
+}
 
 /// Returns the parts of a signal; neighbours that are too narrow are merged.
 fn stretches<'a>(signal: &'a WaveSignal, plot: &TimeAxis) -> Vec<SignalStretch<'a>> {
@@ -137,14 +144,15 @@ fn stretches<'a>(signal: &'a WaveSignal, plot: &TimeAxis) -> Vec<SignalStretch<'
         let (x, end) = (plot.x(*at), plot.x(end));
         let narrow = end - x < MIN_STRETCH_WIDTH;
         match all.last_mut() {
-            Some((_, last, None)) if narrow => *last = end,
-            _ => all.push((x, end, Some(value).filter(|_| !narrow))),
+            Some(SignalStretch { end: last, value: None, .. }) if narrow => *last = end,
+            _ => all.push(SignalStretch { start: x, end, value: Some(value).filter(|_| !narrow) }),
         }
     }
     // A single narrow part is a pulse that is still visible.
-    let single = |(x, end, value): SignalStretch<'a>| {
-        let here = || shown.iter().find(|(at, _)| (plot.x(*at) - x).abs() < 1e-9).map(|(_, value)| value);
-        if value.is_none() && end - x < MIN_STRETCH_WIDTH { (x, end, here()) } else { (x, end, value) }
+    let single = |SignalStretch { start, end, value }: SignalStretch<'a>| {
+        let here = || shown.iter().find(|(at, _)| (plot.x(*at) - start).abs() < 1e-9).map(|(_, value)| value);
+        let value = if value.is_none() && end - start < MIN_STRETCH_WIDTH { here() } else { value };
+        SignalStretch { start, end, value }
     };
     all.into_iter().map(single).collect()
 }
@@ -163,7 +171,7 @@ fn line(out: &mut String, signal: &WaveSignal, plot: &TimeAxis, top: f64) {
             }
         }
     }
-    for (x, end, value) in stretches(signal, plot) {
+    for SignalStretch { start: x, end, value } in stretches(signal, plot) {
         let wide = end - x;
         match value {
             Some(level @ (SignalValue::Low | SignalValue::High)) => {

@@ -11,6 +11,7 @@
 //!
 //! The last line marks sources for gplink.
 
+use emu_core::table::FoundRow;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -139,7 +140,7 @@ fn rows_in(chip: &Chip, cells: &Cells) -> BTreeSet<usize> {
         let words: Vec<u16> = (0..3).map_while(|i| word(at + i * step)).collect();
         at += step
             * match find_row(chip.isa.rows, chip.isa.word_bits, &words) {
-                Some((row, _)) if !words.is_empty() => {
+                Some(FoundRow { index: row, .. }) if !words.is_empty() => {
                     found.insert(row);
                     chip.isa.rows[row].len()
                 }

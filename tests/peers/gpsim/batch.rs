@@ -1,6 +1,8 @@
 //! A batch of about 480 test cases in one program memory, and the requests that run them on both machines.
 //! Each case has its own slot with code that sets up its state.
 
+use emu_core::image::HexSegment;
+use emu_pic16::isa::Pic16Row;
 use std::fmt::Write;
 
 use emu_core::image::write_hex;
@@ -94,7 +96,10 @@ impl Batch {
     /// Returns the Intel HEX file, with the configuration word.
     pub fn hex(&self) -> String {
         let bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_le_bytes()).collect();
-        write_hex(&[(0, &bytes), (0x400E, &CONFIG[usize::from(self.watchdog)].to_le_bytes())])
+        write_hex(&[
+            HexSegment { addr: 0, bytes: &bytes },
+            HexSegment { addr: 0x400E, bytes: &CONFIG[usize::from(self.watchdog)].to_le_bytes() },
+        ])
     }
 
     /// Returns the requests as gpsim commands.
@@ -152,7 +157,8 @@ pub fn kinds() -> Vec<Kind> {
             });
             let none = word(row, |_| 0);
             let open = (0..14).map(|bit| 1 << bit).filter(|bit| {
-                let other = find_row(none ^ bit).is_some_and(|(found, _)| found.name == ROWS[row].name);
+                let other =
+                    find_row(none ^ bit).is_some_and(|Pic16Row { row: found, .. }| found.name == ROWS[row].name);
                 other && (all ^ none) & bit == 0
             });
             Kind { row, open: open.sum() }

@@ -99,8 +99,9 @@ fn gpsim_does_what_is_written_of_it() {
     let mut wrong = Vec::new();
     let folder = test_folder!("gpsim-findings");
     for line in lines() {
-        let mut parts: Vec<(u32, &[u8])> = line.code.iter().map(|s| (s.addr, s.bytes.as_slice())).collect();
-        parts.push((0x400E, &CONFIG));
+        let mut parts: Vec<_> =
+            line.code.iter().map(|s| emu_core::image::HexSegment { addr: s.addr, bytes: &s.bytes }).collect();
+        parts.push(emu_core::image::HexSegment { addr: 0x400E, bytes: &CONFIG });
         let path = folder.join("program.hex");
         std::fs::write(&path, write_hex(&parts)).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let views = gpsim(line.chip, "program.hex", &format!("break c {}\nrun\n{VIEW}", line.cycles), &folder);

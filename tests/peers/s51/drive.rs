@@ -74,7 +74,8 @@ pub fn s51_script(
     };
     let echoes: Vec<String> =
         dumps.iter().map(|(memory, from, len)| format!("dump /b {memory} {from} {}\n", from + len - 1)).collect();
-    file("code.hex", write_hex(code));
+    let code: Vec<_> = code.iter().map(|&(addr, bytes)| emu_core::image::HexSegment { addr, bytes }).collect();
+    file("code.hex", write_hex(&code));
     file("commands", format!("{SETTLE}file \"code.hex\"\n{script}state\n{}kill\n", echoes.concat()));
     let output = Command::new("timeout")
         .args(["60", "s51", "-t", chip, "-b", "-q", "-P", "-C", "commands"])

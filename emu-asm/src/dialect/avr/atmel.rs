@@ -2,6 +2,7 @@
 //! memory, `PC` is the address of the line, and `@0` is a macro argument ("AVR Assembler User Guide",
 //! Microchip DS40001917).
 
+use emu_core::NamedConstant;
 use emu_core::chip::Chip;
 
 use super::super::common::{bytes, constant, ignore_directive, include, message, purge, reserve_room, words};
@@ -134,7 +135,10 @@ pub(super) fn including(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 /// ones.
 fn names(chip: &Chip) -> Vec<(String, i64)> {
     let constant = |wanted: &str| {
-        (chip.constants)().into_iter().find(|(name, _)| *name == wanted).map_or(0, |(_, value)| i64::from(value))
+        (chip.constants)()
+            .into_iter()
+            .find(|NamedConstant { name, .. }| *name == wanted)
+            .map_or(0, |NamedConstant { value, .. }| i64::from(value))
     };
     let (ram, page) = (i64::from(chip.ram_start), constant("SPM_PAGESIZE") / i64::from(WORD));
     let vector = i64::from(chip.words_per_vector);

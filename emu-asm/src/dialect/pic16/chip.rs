@@ -6,6 +6,7 @@ use emu_core::chip::Chip;
 
 use super::link::ABSOLUTE;
 use crate::NamedText;
+use crate::chip_of_source::processor_of;
 use crate::dialect::ProvidedInclude;
 use crate::dialect::common::{required_arguments, value_of};
 use crate::engine::{Assembler, DirectiveCall};
@@ -54,11 +55,6 @@ pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<NamedText> {
         names.extend([("__COMMON_RAM_START".to_owned(), first.into()), ("__COMMON_RAM_END".to_owned(), last.into())]);
     }
     names.into_iter().map(|(name, value)| NamedText::new(name, format!("0x{value:X}"))).collect()
-}
-
-/// Returns the value of `p=`.
-fn processor_of(part: &str) -> Option<&str> {
-    part.split_once('=').filter(|(key, _)| key.trim().eq_ignore_ascii_case("p")).map(|(_, value)| value)
 }
 
 /// Warns if the source names another chip.

@@ -1,5 +1,6 @@
 //! Counting of a timer: single clock edges with all their effects, and many plain edges at once.
 
+use crate::periph::timers::counting_cycle::CounterPosition;
 use std::cmp::Ordering;
 
 use emu_core::NEVER;
@@ -84,7 +85,7 @@ impl AvrTimer {
     /// Counts `steps` edges whose flags are already set.
     fn skip_steps(&mut self, steps: u64) {
         if steps != 0 {
-            (self.value, self.down) = self.orbit().value_after(steps);
+            CounterPosition { value: self.value, down: self.down } = self.orbit().value_after(steps);
             self.edges_counted += steps;
         }
     }

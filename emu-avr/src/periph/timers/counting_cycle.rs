@@ -14,6 +14,15 @@ pub(super) struct CountingCycle {
     pub dual: bool,
 }
 
+/// A counter's value and direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct CounterPosition {
+    /// The value.
+    pub(super) value: u16,
+    /// Whether it counts down.
+    pub(super) down: bool,
+}
+
 impl CountingCycle {
     /// Returns the number of steps until the counter leaves the value `x`, at least 1; None if it never
     /// reaches `x`.
@@ -41,9 +50,9 @@ impl CountingCycle {
     }
 
     /// Returns value and direction after `steps` steps.
-    pub(super) fn value_after(&self, steps: u64) -> (u16, bool) {
+    pub(super) fn value_after(&self, steps: u64) -> CounterPosition {
         if !self.dual {
-            return (self.as_counter().value_after(steps), false);
+            return CounterPosition { value: self.as_counter().value_after(steps), down: false };
         }
         let [value, top, max] = [self.value, self.top, self.max].map(u64::from);
         // Steps until the counter reaches 0 for the first time. Its course before that can differ from the
@@ -63,7 +72,7 @@ impl CountingCycle {
         } else {
             (value + steps, false)
         };
-        (value as u16, down)
+        CounterPosition { value: value as u16, down }
     }
 
     const fn as_counter(&self) -> TimerCounter {

@@ -25,6 +25,15 @@ emu_core::state! {
         && ![tosc.hz, tosc.rate].contains(&NEVER)
 }
 
+/// How far the 32 kHz crystal has run.
+#[derive(Debug, Clone, Copy)]
+struct CrystalPhase {
+    /// The number of edges.
+    edges: u64,
+    /// The part of the time to the next edge that has passed, in units of the crystal's rate.
+    part: u64,
+}
+
 impl AsyncOscillator {
     /// A crystal of 32,768 Hz; the chip sets its own clock later.
     pub(super) const NEW: AsyncOscillator =
@@ -32,7 +41,7 @@ impl AsyncOscillator {
 
     /// Returns the number of edges up to and including the cycle `t`.
     pub(super) fn index(&self, t: u64) -> u64 {
-        self.edge_and_remainder(t).0
+        self.edge_and_remainder(t).edges
     }
 
     /// Returns the cycle of the edge `n`, or a past cycle if the edge has passed; `NEVER` if it is unknown.
@@ -87,17 +96,17 @@ impl AsyncOscillator {
     }
 
     fn rebase(&mut self, t: u64) {
-        (self.edges, self.part) = self.edge_and_remainder(t);
+        CrystalPhase { edges: self.edges, part: self.part } = self.edge_and_remainder(t);
         self.since = t;
     }
 
-    fn edge_and_remainder(&self, t: u64) -> (u64, u64) {
+    fn edge_and_remainder(&self, t: u64) -> CrystalPhase {
         if self.is_stopped() {
-            return (self.edges, self.part);
+            return CrystalPhase { edges: self.edges, part: self.part };
         }
         let parts = u128::from(t.saturating_sub(self.since)) * u128::from(self.hz) + u128::from(self.part);
         let rate = u128::from(self.rate);
         let edges = u64::try_from(parts / rate).unwrap_or(u64::MAX);
-        (self.edges.saturating_add(edges), (parts % rate) as u64)
+        CrystalPhase { edges: self.edges.saturating_add(edges), part: (parts % rate) as u64 }
     }
 }

@@ -15,6 +15,15 @@ pub(super) struct FrameFormat {
 
 emu_core::state! { FrameFormat { size, parity, two_stops } if |of, _now| (5..=9).contains(&of.size) }
 
+/// The bits of a frame on the line.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrameBits {
+    /// The bits, the first one lowest.
+    pub(super) bits: u16,
+    /// The number of bits.
+    pub(super) count: u8,
+}
+
 impl FrameFormat {
     /// Returns the format that UCSRB and UCSRC select. Reserved sizes act as if UCSZ2 were 0, the reserved
     /// parity as no parity.
@@ -37,7 +46,7 @@ impl FrameFormat {
     }
 
     /// Returns the bits of a frame, the first one lowest, and their number.
-    pub(super) fn frame(self, word: u16) -> (u16, u8) {
+    pub(super) fn frame(self, word: u16) -> FrameBits {
         let mut bits = self.data(word) << 1;
         let mut n = self.size + 1;
         if let Some(odd) = self.parity {
@@ -45,7 +54,7 @@ impl FrameFormat {
             n += 1;
         }
         let stops = 1 + u8::from(self.two_stops);
-        (bits | ((1 << stops) - 1) << n, n + stops)
+        FrameBits { bits: bits | ((1 << stops) - 1) << n, count: n + stops }
     }
 
     /// Returns the index of the stop bit; 0 is the start bit.
@@ -57,6 +66,7 @@ impl FrameFormat {
 /// A received character.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ReceivedCharacter {
+    /// The lower eight bits of the character.
     pub(super) byte: u8,
     /// RXB8.
     pub(super) ninth: bool,

@@ -13,6 +13,7 @@ mod frame;
 mod receiver;
 mod sender;
 
+use crate::periph::usart::frame::FrameBits;
 use emu_core::NEVER;
 use emu_core::state;
 
@@ -303,7 +304,9 @@ impl AvrUsart {
         let byte = word as u8;
         match self.mode() {
             // The shift register sends the lowest bit first.
-            UsartMode::Spi => self.sender.load(byte, (u16::from(self.in_bit_order(byte).reverse_bits()), 8)),
+            UsartMode::Spi => {
+                self.sender.load(byte, FrameBits { bits: u16::from(self.in_bit_order(byte).reverse_bits()), count: 8 })
+            }
             _ => self.sender.load(self.format().data(word) as u8, self.format().frame(word)),
         }
     }

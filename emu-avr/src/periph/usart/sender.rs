@@ -1,5 +1,6 @@
 //! The transmit shift register.
 
+use crate::periph::usart::frame::FrameBits;
 use emu_core::NEVER;
 
 use super::baud::BaudClock;
@@ -16,6 +17,7 @@ pub(super) struct UsartSender {
     pub(super) active: bool,
     /// True if its first bit is on the line.
     pub(super) started: bool,
+    /// The level of the line.
     pub(super) level: bool,
     /// Asynchronous mode: cycle up to which sent bits are removed from `bits`; then the cycle of the next
     /// change of the line, or of the end.
@@ -43,7 +45,7 @@ impl UsartSender {
     }
 
     /// Loads a frame: the character, its bits with the first one lowest, and their number.
-    pub(super) fn load(&mut self, byte: u8, (bits, left): (u16, u8)) {
+    pub(super) fn load(&mut self, byte: u8, FrameBits { bits, count: left }: FrameBits) {
         *self = UsartSender { byte, bits, left, active: true, level: self.level, ..UsartSender::IDLE };
     }
 

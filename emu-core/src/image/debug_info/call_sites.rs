@@ -1,6 +1,7 @@
 //! Values of parameters at the time of a call: `DW_TAG_call_site` and its parameters, and GNU's before DWARF
 //! 5 (DWARF 5, section 3.4).
 
+use crate::image::debug_info::place::{FinishedEvaluation, LeadingRegister};
 use std::collections::BTreeMap;
 
 use gimli::Location as Piece;
@@ -26,7 +27,7 @@ pub(in crate::image) struct CallSites(BTreeMap<u32, Vec<CallParameter>>);
 impl CallSites {
     /// Adds a parameter; one that is passed in memory is left out.
     pub(super) fn add(&mut self, behind: u32, location: &[u8], value: Vec<u8>) {
-        let Some((register, rest)) = single_register(location) else { return };
+        let Some(LeadingRegister { register, rest }) = single_register(location) else { return };
         self.0.entry(behind).or_default().push(CallParameter { register, whole: rest.is_empty(), value });
     }
 }
@@ -49,7 +50,7 @@ impl DebugInfo {
         caller: &dyn FrameView,
     ) -> Option<u64> {
         let first = function.block.ranges.iter().map(|range| range.start).min()?;
-        let (register, rest) = single_register(variable.location.expression_at(first)?)?;
+        let LeadingRegister { register, rest } = single_register(variable.location.expression_at(first)?)?;
         self.call_value(behind, register, true, caller).filter(|_| rest.is_empty())
     }
 
@@ -57,7 +58,7 @@ impl DebugInfo {
         let parameters = self.call_sites.0.get(&behind)?;
         let found = parameters.iter().find(|own| own.register == register && (own.whole || !whole))?;
         let function = self.function_at(caller.pc_byte())?;
-        let (evaluation, _) =
+        let FinishedEvaluation { evaluation, .. } =
             self.run_evaluation(self.units.get(function.unit)?, &found.value, Some(function), caller)?;
         match evaluation.result().first()?.location {
             Piece::Address { address } => Some(address),

@@ -11,6 +11,7 @@
 //! Each memory has its part of one address space; pointers without a tag of their own get that of their
 //! memory ([`Mcs51Memory`]).
 
+use crate::image::debug_info::BitsInByte;
 use std::collections::{HashMap, HashSet};
 
 use super::{
@@ -23,6 +24,15 @@ use crate::image::symbols::names::{DebugRecord, SymbolScope, parse_debug_record}
 /// tags in their third byte, below [`Mcs51Memory::POINTER`].
 #[derive(Debug, Clone, Copy)]
 pub struct Mcs51Memory;
+
+/// An address in one of the memories of a chip.
+#[derive(Debug, Clone, Copy)]
+pub struct SpaceAddress {
+    /// The name of the memory.
+    pub space: &'static str,
+    /// The address in the memory.
+    pub addr: u32,
+}
 
 impl Mcs51Memory {
     /// A flag in what a pointer holds: without it a number below 0x10000 has no memory yet.
@@ -50,16 +60,16 @@ impl Mcs51Memory {
 
     /// Returns the memory and the address there.
     #[must_use]
-    pub fn split(address: u32) -> (&'static str, u32) {
+    pub fn split(address: u32) -> SpaceAddress {
         let addr = address & 0xFFFF;
         match address & 0xFF_0000 {
-            Self::IDATA => ("idata", addr),
-            Self::CODE => ("code", addr),
-            Self::SFR => ("sfr", addr),
-            Self::BIT => ("bit", addr),
+            Self::IDATA => SpaceAddress { space: "idata", addr },
+            Self::CODE => SpaceAddress { space: "code", addr },
+            Self::SFR => SpaceAddress { space: "sfr", addr },
+            Self::BIT => SpaceAddress { space: "bit", addr },
             // A number alone is in the memory that is large enough.
-            0 if address < 0x100 => ("idata", addr),
-            _ => ("xdata", addr),
+            0 if address < 0x100 => SpaceAddress { space: "idata", addr },
+            _ => SpaceAddress { space: "xdata", addr },
         }
     }
 }
@@ -178,7 +188,8 @@ impl<'t> CdbReader<'t> {
             });
             let of = if bits.is_some() { "SI:U" } else { chain };
             let member_type = self.chain(of, bytes, MAX_DEPTH);
-            let (offset, bit_range) = bits.map_or((offset, None), |bits| bits.in_byte(offset));
+            let whole = BitsInByte { offset, bits: None };
+            let BitsInByte { offset, bits: bit_range } = bits.map_or(whole, |bits| bits.in_byte(offset));
             size = size.max(offset.saturating_add(bytes));
             found.push(StructMember { name: Some(name.to_owned()), offset, bit_range, member_type });
         }

@@ -25,7 +25,7 @@ mod unwind;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-pub use cdb::Mcs51Memory;
+pub use cdb::{Mcs51Memory, SpaceAddress};
 pub use place::{ByteLocation, FrameView};
 pub use unwind::UnwoundFrame;
 
@@ -133,10 +133,22 @@ pub struct BitRange {
     pub size: u32,
 }
 
+/// A bit field as its first byte and the bits from there.
+#[derive(Debug, Clone, Copy)]
+struct BitsInByte {
+    /// The offset of the byte that the bits begin in.
+    offset: u32,
+    /// The bits, counted from bit 0 of that byte.
+    bits: Option<BitRange>,
+}
+
 impl BitRange {
     /// Splits the range into the byte that it begins in, counted from `offset`, and the bits from there.
-    fn in_byte(self, offset: u32) -> (u32, Option<BitRange>) {
-        (offset.saturating_add(self.first / 8), Some(BitRange { first: self.first % 8, size: self.size.min(64) }))
+    fn in_byte(self, offset: u32) -> BitsInByte {
+        BitsInByte {
+            offset: offset.saturating_add(self.first / 8),
+            bits: Some(BitRange { first: self.first % 8, size: self.size.min(64) }),
+        }
     }
 }
 
@@ -267,11 +279,13 @@ pub struct DebugInfo {
     pub functions: Vec<FunctionInfo>,
     /// Variables outside of functions.
     pub globals: Vec<VariableInfo>,
+    /// The types by their offset.
     pub(super) types: BTreeMap<usize, CType>,
     /// Types that are others: their definition is elsewhere.
     pub(super) same_types: HashMap<usize, usize>,
     /// File and line where types are defined.
     pub(super) definitions: BTreeMap<usize, (String, u32)>,
+    /// The compilation units, in ascending order.
     pub(super) units: Vec<UnitInfo>,
     /// What is added to pointers of a type, so that the sum tells its memory too.
     pub(super) pointer_bases: HashMap<usize, u32>,
@@ -281,7 +295,17 @@ pub struct DebugInfo {
     pub(super) call_sites: call_sites::CallSites,
     /// Contents of `.debug_frame`, and below them those of `.debug_addr`.
     pub(super) frames: Vec<u8>,
+    /// Contents of `.debug_addr`.
     pub(super) addresses: Vec<u8>,
+}
+
+/// A type of the debugging information with its id.
+#[derive(Debug, Clone, Copy)]
+pub struct NumberedType<'a> {
+    /// The id that other types and variables refer to.
+    pub id: TypeId,
+    /// The type.
+    pub kind: &'a CType,
 }
 
 impl DebugInfo {
@@ -307,8 +331,8 @@ impl DebugInfo {
     }
 
     /// All types, in the order of the file.
-    pub fn types(&self) -> impl Iterator<Item = (TypeId, &CType)> {
-        self.types.iter().map(|(id, kind)| (TypeId(*id), kind))
+    pub fn types(&self) -> impl Iterator<Item = NumberedType<'_>> {
+        self.types.iter().map(|(id, kind)| NumberedType { id: TypeId(*id), kind })
     }
 
     /// Follows typedefs and qualifiers to the underlying type; `None` means `void`.
@@ -383,6 +407,15 @@ impl DebugInfo {
     }
 }
 
+/// The place where a type is defined.
+#[derive(Debug, Clone, Copy)]
+pub struct TypeDefinition<'a> {
+    /// The source file as the compiler wrote it.
+    pub file: &'a str,
+    /// The line from 1; 0 for a type that the compiler defines.
+    pub line: u32,
+}
+
 impl DebugInfo {
     /// Returns true if the unit of a function is the source file `file`, given by its name or the end of its
     /// path.
@@ -431,12 +464,12 @@ impl DebugInfo {
     /// File and line of the definition of a type; of one that the compiler defines, the file of its unit and
     /// line 0.
     #[must_use]
-    pub fn definition_of(&self, id: TypeId) -> (&str, u32) {
+    pub fn definition_of(&self, id: TypeId) -> TypeDefinition<'_> {
         if let Some((file, line)) = self.definitions.get(&id.0) {
-            return (file, *line);
+            return TypeDefinition { file, line: *line };
         }
         let unit = self.units.iter().take_while(|unit| unit.start <= id.0).last();
-        (unit.map_or("", |unit| &unit.name), 0)
+        TypeDefinition { file: unit.map_or("", |unit| &unit.name), line: 0 }
     }
 
     /// Finds a variable outside of functions in the unit of a source file.

@@ -53,6 +53,14 @@ pub trait FrameView {
     }
 }
 
+/// A location expression that was executed to its end.
+pub(super) struct FinishedEvaluation<'b> {
+    /// The state of the evaluation, which has the result.
+    pub(super) evaluation: Evaluation<DwarfSlice<'b>>,
+    /// Whether the expression read registers, so that an address is one of data memory.
+    pub(super) uses_registers: bool,
+}
+
 impl DebugInfo {
     /// Returns the location of each byte of a variable in a frame. `function` is the function of the frame.
     #[must_use]
@@ -91,7 +99,8 @@ impl DebugInfo {
         if expression.is_empty() {
             return None;
         }
-        let (evaluation, computed) = self.run_evaluation(unit, expression, function, frame)?;
+        let FinishedEvaluation { evaluation, uses_registers: computed } =
+            self.run_evaluation(unit, expression, function, frame)?;
         let mut found = Vec::new();
         for piece in evaluation.result() {
             let size = match piece.size_in_bits {
@@ -143,7 +152,7 @@ impl DebugInfo {
         expression: &'b [u8],
         function: Option<&FunctionInfo>,
         frame: &dyn FrameView,
-    ) -> Option<(Evaluation<DwarfSlice<'b>>, bool)> {
+    ) -> Option<FinishedEvaluation<'b>> {
         let mut evaluation = Expression(EndianSlice::new(expression, Le)).evaluation(unit.encoding);
         evaluation.set_max_iterations(MAX_OPERATIONS);
         let mut result = evaluation.evaluate().ok()?;
@@ -152,7 +161,7 @@ impl DebugInfo {
         let mut computed = width <= 2;
         loop {
             result = match result {
-                EvaluationResult::Complete => return Some((evaluation, computed)),
+                EvaluationResult::Complete => return Some(FinishedEvaluation { evaluation, uses_registers: computed }),
                 EvaluationResult::RequiresRegister { register, base_type } => {
                     computed = true;
                     let value = u64::from(register_pair(frame, register.0)?);
@@ -187,7 +196,7 @@ impl DebugInfo {
                     evaluation.resume_with_base_type(self.value_type(unit, offset.0)?)
                 }
                 EvaluationResult::RequiresEntryValue(of) => {
-                    let (register, _) = single_register(of.0.slice())?;
+                    let LeadingRegister { register, .. } = single_register(of.0.slice())?;
                     evaluation.resume_with_entry_value(Value::Generic(frame.register_at_call(register)?))
                 }
                 _ => return None,
@@ -200,7 +209,7 @@ impl DebugInfo {
     fn frame_base(&self, function: &FunctionInfo, frame: &dyn FrameView) -> Option<u32> {
         let unit = self.units.get(function.unit)?;
         let expression = function.frame_base.expression_at(frame.pc_byte())?;
-        let (evaluation, _) = self.run_evaluation(unit, expression, None, frame)?;
+        let FinishedEvaluation { evaluation, .. } = self.run_evaluation(unit, expression, None, frame)?;
         match evaluation.result().first()?.location {
             // The register contains the base. LLVM counts from the first byte of the frame, which is the one
             // after the byte that Y points to.
@@ -243,12 +252,23 @@ impl VariableLocation {
     }
 }
 
+/// A location expression that begins with a register.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LeadingRegister<'a> {
+    /// DWARF's number of the register.
+    pub(super) register: u16,
+    /// The bytes of the expression after it.
+    pub(super) rest: &'a [u8],
+}
+
 /// The register that a location expression begins with, and what follows.
-pub(super) fn single_register(expression: &[u8]) -> Option<(u16, &[u8])> {
+pub(super) fn single_register(expression: &[u8]) -> Option<LeadingRegister<'_>> {
     const DW_OP_REG0: u8 = 0x50;
     const DW_OP_REG31: u8 = 0x6F;
     let (first, rest) = expression.split_first()?;
-    (DW_OP_REG0..=DW_OP_REG31).contains(first).then(|| (u16::from(first - DW_OP_REG0), rest))
+    (DW_OP_REG0..=DW_OP_REG31)
+        .contains(first)
+        .then(|| LeadingRegister { register: u16::from(first - DW_OP_REG0), rest })
 }
 
 /// The value of a register and the next one as a pair, from which addresses are computed.

@@ -7,6 +7,8 @@
 mod attributes;
 mod unit_context;
 
+use crate::image::debug_info::BitsInByte;
+use crate::image::elf::NamedSection;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -35,8 +37,12 @@ const MAX_DEPTH: usize = 200;
 pub(super) fn read_debug_info(bytes: &[u8]) -> DebugInfo {
     let bytes = elf::aligned(bytes);
     let Some(sections) = elf::debug_sections(&bytes) else { return DebugInfo::default() };
-    let named =
-        |name: &str| sections.iter().find(|(own, _)| *own == name).map_or(&[][..], |(_, section)| section.bytes());
+    let named = |name: &str| {
+        sections
+            .iter()
+            .find(|NamedSection { name: own, .. }| *own == name)
+            .map_or(&[][..], |NamedSection { section, .. }| section.bytes())
+    };
     let section = |id: SectionId| -> Result<DwarfSlice<'_>, Error> { Ok(EndianSlice::new(named(id.name()), Le)) };
     let mut info = Dwarf::load(section).map_or_else(|_| DebugInfo::default(), |dwarf| read_dwarf(&dwarf, &bytes));
     info.frames = named(".debug_frame").to_vec();
@@ -335,7 +341,8 @@ impl DebugInfoReader {
                         BitRange { first: unit.saturating_sub(above.saturating_add(size)), size }
                     }
                 });
-                let (offset, bit_range) = bits.map_or((offset, None), |bits| bits.in_byte(offset));
+                let whole = BitsInByte { offset, bits: None };
+                let BitsInByte { offset, bits: bit_range } = bits.map_or(whole, |bits| bits.in_byte(offset));
                 members.push(StructMember { name, offset, bit_range, member_type: to });
             }
             (gimli::DW_TAG_subrange_type, CType::Array { counts, .. }) => {

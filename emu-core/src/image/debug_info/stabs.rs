@@ -5,6 +5,7 @@
 
 mod types;
 
+use crate::image::debug_info::stabs::types::FinishedTypes;
 use gimli::{Encoding, Format};
 
 use types::{StabTypes, TypeNaming, TypeText};
@@ -12,7 +13,7 @@ use types::{StabTypes, TypeNaming, TypeText};
 use super::read::finish_functions;
 use super::{BlockInfo, DebugInfo, FunctionInfo, TypeId, UnitInfo, VariableInfo, VariableLocation};
 use crate::image::demangle::demangle;
-use crate::image::elf::{self, DebugSection, SymbolTable};
+use crate::image::elf::{self, NamedSection, SymbolTable};
 use crate::image::stabs::{
     NamesAtZero, Stab, StabPosition, StabRecords, StabText, UnitChange, function_name, record, split_name,
 };
@@ -33,7 +34,7 @@ const DW_OP_BREG0: u8 = 0x70;
 const DW_OP_DEREF_SIZE: u8 = 0x94;
 
 /// Adds what the stabs of an ELF file tell; types get numbers from `first_type` on.
-pub(super) fn add_stabs(info: &mut DebugInfo, sections: &[(&str, DebugSection<'_>)], elf: &[u8], first_type: usize) {
+pub(super) fn add_stabs(info: &mut DebugInfo, sections: &[NamedSection<'_>], elf: &[u8], first_type: usize) {
     let Some(records) = StabRecords::new(sections) else { return };
     let (zero, first_unit) = (NamesAtZero::new(elf), info.units.len());
     let mut reader = StabReader {
@@ -55,7 +56,7 @@ pub(super) fn add_stabs(info: &mut DebugInfo, sections: &[(&str, DebugSection<'_
     info.units.extend(own.units);
     info.globals.extend(own.globals);
     info.functions.extend(own.functions);
-    let (types, same) = types.finish();
+    let FinishedTypes { types, same } = types.finish();
     info.types.extend(types);
     info.same_types = same;
     finish_functions(info);
@@ -215,7 +216,7 @@ impl StabReader<'_> {
             }
             Some(b'c') => {
                 let constant = self.types.constant(&mut text)?;
-                self.add(named, constant.1, VariableLocation::Constant(constant.0), stab, false);
+                self.add(named, constant.type_id, VariableLocation::Constant(constant.bytes), stab, false);
             }
             letter => {
                 let of = self.types.read(&mut text, TypeNaming::None)?;
@@ -230,12 +231,15 @@ impl StabReader<'_> {
                     }
                     _ => return None,
                 };
-                let parameter = matches!(letter, Some(b'p' | b'P' | b'v' | b'a'));
                 if letter == Some(b'r') && self.moved_to_register(&named, of, &location) {
                     return Some(());
                 }
-                let outside = matches!(letter, Some(b'G' | b'S'));
-                self.add_variable(named, of, location, stab, (parameter, outside));
+                let role = match letter {
+                    Some(b'p' | b'P' | b'v' | b'a') => VariableRole::Parameter,
+                    Some(b'G' | b'S') => VariableRole::Global,
+                    _ => VariableRole::Local,
+                };
+                self.add_variable(named, of, location, stab, role);
             }
         }
         Some(())
@@ -251,7 +255,8 @@ impl StabReader<'_> {
     }
 
     fn add(&mut self, name: String, of: Option<TypeId>, location: VariableLocation, stab: &Stab<'_>, parameter: bool) {
-        self.add_variable(name, of, location, stab, (parameter, false));
+        let role = if parameter { VariableRole::Parameter } else { VariableRole::Local };
+        self.add_variable(name, of, location, stab, role);
     }
 
     fn add_variable(
@@ -260,12 +265,13 @@ impl StabReader<'_> {
         of: Option<TypeId>,
         location: VariableLocation,
         stab: &Stab<'_>,
-        (parameter, outside): (bool, bool),
+        role: VariableRole,
     ) {
         let (line, unit) = (stab.desc.into(), self.unit());
         let external = stab.text.windows(2).any(|pair| pair == b":G");
+        let parameter = role == VariableRole::Parameter;
         let variable = VariableInfo { name, variable_type: of, parameter, line, external, location, unit };
-        if outside || self.function.is_none() {
+        if role == VariableRole::Global || self.function.is_none() {
             if variable.location != VariableLocation::OptimizedOut {
                 self.info.globals.push(variable);
             }
@@ -273,6 +279,17 @@ impl StabReader<'_> {
             self.pending.push(variable);
         }
     }
+}
+
+/// Where a variable of a stab belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum VariableRole {
+    /// A parameter of the current function.
+    Parameter,
+    /// A variable of the current function.
+    Local,
+    /// A variable outside of all functions.
+    Global,
 }
 
 /// A name as the program has it.

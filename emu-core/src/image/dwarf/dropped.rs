@@ -33,6 +33,7 @@ pub(super) struct LowSequence {
 }
 
 impl LowSequence {
+    /// Makes a sequence without lines that begins at an address.
     pub(super) fn new(start: u64) -> LowSequence {
         LowSequence { start, end: start, lines: Vec::new() }
     }
@@ -72,6 +73,7 @@ pub(super) struct SplitLines {
 }
 
 impl<'a, 'b> DroppedScan<'a, 'b> {
+    /// Prepares the search; the work is limited by the size of the file.
     pub(super) fn new(dwarf: &'a Dwarf<DwarfSlice<'b>>, elf: &'a [u8]) -> Self {
         let budget = dwarf.debug_info.reader().len() * 4 + (1 << 20);
         DroppedScan { dwarf, elf, owners: None, budget }
@@ -167,7 +169,7 @@ fn linkage_names<'b>(
         let next = match REFERENCE_ATTRIBUTES.into_iter().find_map(|name| entry.attr_value(name)) {
             Some(AttributeValue::UnitRef(offset)) => unit.entry(offset).ok(),
             Some(AttributeValue::DebugInfoRef(offset)) => {
-                referenced_entry(units, offset).and_then(|(other, offset)| {
+                referenced_entry(units, offset).and_then(|ReferencedEntry { unit: other, offset }| {
                     unit = other;
                     unit.entry(offset).ok()
                 })
@@ -182,13 +184,24 @@ fn linkage_names<'b>(
     found
 }
 
+/// An entry of .debug_info as its unit and the offset there.
+struct ReferencedEntry<'u, 'b> {
+    /// The unit that contains the entry.
+    unit: &'u Unit<DwarfSlice<'b>>,
+    /// The offset of the entry in the unit.
+    offset: gimli::UnitOffset,
+}
+
 /// Finds the unit that contains the entry at an offset of .debug_info.
 fn referenced_entry<'u, 'b>(
     units: &'u [Unit<DwarfSlice<'b>>],
     offset: DebugInfoOffset,
-) -> Option<(&'u Unit<DwarfSlice<'b>>, gimli::UnitOffset)> {
+) -> Option<ReferencedEntry<'u, 'b>> {
     const MAX_DEPTH: usize = 256;
-    units.iter().take(MAX_DEPTH).find_map(|unit| Some((unit, offset.to_unit_offset(&unit.header)?)))
+    units
+        .iter()
+        .take(MAX_DEPTH)
+        .find_map(|unit| Some(ReferencedEntry { unit, offset: offset.to_unit_offset(&unit.header)? }))
 }
 
 /// Adds doubtful lines whose start no other line covers; each ends at the latest where the next line starts.

@@ -16,7 +16,7 @@ use crate::image::SourceLine;
 use crate::image::SymbolAt;
 use crate::image::faults::FaultList;
 use crate::image::symbols::keil::ScopeTracker;
-use crate::image::symbols::names::{NameRank, resolve_names};
+use crate::image::symbols::names::{NameRank, RankedName, resolve_names};
 use crate::image::symbols::{CollectedSymbols, MemorySpace, too_long};
 
 /// Maximum number of names and lines together; a program of 64 KB has a few thousand.
@@ -60,6 +60,15 @@ struct OmfItem<'b> {
     info: u8,
     offset: u16,
     name: &'b [u8],
+}
+
+/// The debugging information of an OMF-51 file.
+#[derive(Debug, Clone)]
+pub(super) struct OmfSymbolsAndLines {
+    /// The symbols with their addresses.
+    pub(super) symbols: Vec<SymbolAt>,
+    /// The source lines with their addresses.
+    pub(super) lines: Vec<SourceLine>,
 }
 
 impl OmfItems {
@@ -194,7 +203,7 @@ impl OmfItems {
     }
 
     /// Returns the symbols and lines. Unreadable records are reported once for the whole file.
-    pub(super) fn finish(mut self, faults: &mut FaultList) -> (Vec<SymbolAt>, Vec<SourceLine>) {
+    pub(super) fn finish(mut self, faults: &mut FaultList) -> OmfSymbolsAndLines {
         self.scopes.finish(&mut self.found, &mut FaultList::new("", ""));
         if self.damaged > 0 || self.count > MAX_ITEMS {
             let damaged = self.damaged;
@@ -211,8 +220,8 @@ impl OmfItems {
             entry
                 .names
                 .iter_mut()
-                .filter(|(rank, _)| *rank == NameRank::Exact)
-                .for_each(|(rank, _)| *rank = NameRank::Full);
+                .filter(|RankedName { rank, .. }| *rank == NameRank::Exact)
+                .for_each(|RankedName { rank, .. }| *rank = NameRank::Full);
         }
         let mut symbols = resolve_names(&self.found.entries, &[], &mut Vec::new());
         symbols.extend(
@@ -221,7 +230,7 @@ impl OmfItems {
                 .into_iter()
                 .map(|(name, value)| SymbolAt::new(name, crate::image::CONSTANT_SPACE, value, 0)),
         );
-        (symbols, self.found.lines)
+        OmfSymbolsAndLines { symbols, lines: self.found.lines }
     }
 }
 

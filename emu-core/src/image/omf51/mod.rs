@@ -14,6 +14,7 @@
 mod codes;
 mod items;
 
+use crate::image::omf51::items::OmfSymbolsAndLines;
 use diag::{Diagnostic, Pos};
 
 use super::faults::FaultList;
@@ -25,14 +26,23 @@ use items::{OmfItems, SizedName};
 /// Record types. Keil's linkers write Intel's records with two-byte segment numbers under the next odd
 /// number.
 mod record_kind {
+    /// Begins a module, with its name.
     pub(super) const HEADER: u8 = 0x02;
+    /// Ends a module.
     pub(super) const END: u8 = 0x04;
+    /// Bytes of a segment.
     pub(super) const CONTENT: u8 = 0x06;
+    /// Places that the linker still has to change.
     pub(super) const FIXUP: u8 = 0x08;
+    /// Definitions of segments.
     pub(super) const SEGMENTS: u8 = 0x0E;
+    /// Begins or ends a module, function or block of the debugging information.
     pub(super) const SCOPE: u8 = 0x10;
+    /// Symbols, segments or line numbers of the debugging information.
     pub(super) const ITEMS: u8 = 0x12;
+    /// Definitions of public symbols.
     pub(super) const PUBLICS: u8 = 0x16;
+    /// Symbols of other modules.
     pub(super) const EXTERNALS: u8 = 0x18;
     /// Names and lines of Keil's linkers.
     pub(super) const KEIL_ITEMS: u8 = 0x22;
@@ -86,11 +96,24 @@ struct OmfRecord<'b> {
     offset: usize,
 }
 
+/// The kind of a record in Intel's specification.
+#[derive(Debug, Clone, Copy)]
+struct IntelRecordKind {
+    /// The type of the record.
+    kind: u8,
+    /// The number of bytes of a segment number in it, 1 or 2.
+    segment_bytes: usize,
+}
+
 impl OmfRecord<'_> {
     /// The type in Intel's specification, and the number of bytes of a segment number.
-    fn intel(&self) -> (u8, usize) {
+    fn intel(&self) -> IntelRecordKind {
         let odd = self.kind < record_kind::FIRST_OWN && self.kind % 2 == 1;
-        if odd { (self.kind - 1, 2) } else { (self.kind, 1) }
+        if odd {
+            IntelRecordKind { kind: self.kind - 1, segment_bytes: 2 }
+        } else {
+            IntelRecordKind { kind: self.kind, segment_bytes: 1 }
+        }
     }
 }
 
@@ -138,7 +161,7 @@ pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<Loa
         let cause = || "no record has contents of program memory".to_owned();
         faults.error("OMF009", Pos::default(), cause, "link a program; this may be a module of names alone");
     }
-    let (symbols, lines) = items.finish(&mut faults);
+    let OmfSymbolsAndLines { symbols, lines } = items.finish(&mut faults);
     let lines = SourceLines::new(lines);
     faults.finish(Image { segments: placed.into_segments(), symbols, lines, entry: None })
 }
@@ -212,7 +235,7 @@ impl OmfReader<'_> {
 
     /// Reads one record; returns true for the last one.
     fn record(&mut self, record: OmfRecord<'_>, faults: &mut FaultList) -> bool {
-        let (kind, width) = record.intel();
+        let IntelRecordKind { kind, segment_bytes: width } = record.intel();
         match kind {
             record_kind::HEADER if self.seen.name.is_some() => {
                 damaged(record, "a second module header", faults);

@@ -1,10 +1,10 @@
 //! Lines out of stabs: records of type SLINE between those of functions and files.
 
+use crate::image::elf::NamedSection;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::{NamesAtZero, Stab, StabPosition, StabRecords, UnitChange, function_name, path_text, record};
-use crate::image::elf::DebugSection;
 use crate::image::source_lines::{SourceFileNames, SourceLine, source_kind};
 
 /// A record of a line, or where the code before ends.
@@ -33,14 +33,23 @@ struct StabLineReader<'a> {
     dropped: bool,
 }
 
+/// The source lines of the stabs of a file.
+#[derive(Debug, Clone)]
+pub(in crate::image) struct StabLines {
+    /// The lines in the order of the records.
+    pub(in crate::image) lines: Vec<SourceLine>,
+    /// The first thing that was wrong in the records.
+    pub(in crate::image) fault: Option<&'static str>,
+}
+
 /// The lines of a file, and the first thing that was wrong; nothing where it has no stabs.
 pub(in crate::image) fn read_stab_lines(
-    sections: &[(&str, DebugSection<'_>)],
+    sections: &[NamedSection<'_>],
     elf: &[u8],
     names: &mut SourceFileNames,
     doubled: &mut BTreeSet<u32>,
-) -> (Vec<SourceLine>, Option<&'static str>) {
-    let Some(mut records) = StabRecords::new(sections) else { return (Vec::new(), None) };
+) -> StabLines {
+    let Some(mut records) = StabRecords::new(sections) else { return StabLines { lines: Vec::new(), fault: None } };
     let mut reader = StabLineReader {
         names,
         doubled,
@@ -58,7 +67,7 @@ pub(in crate::image) fn read_stab_lines(
         reader.follow(&stab, &zero);
     }
     reader.finish_unit();
-    (reader.lines, records.fault)
+    StabLines { lines: reader.lines, fault: records.fault }
 }
 
 impl StabLineReader<'_> {

@@ -7,6 +7,7 @@
 //!   M: module   T: type               not needed here; debug_info/cdb.rs reads types
 //! ```
 
+use crate::image::symbols::NumberedLine;
 use std::collections::HashMap;
 
 use diag::Pos;
@@ -15,7 +16,7 @@ use super::names::{self, DebugRecord, SymbolScope};
 use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, numbered_lines, pos_of, shortened};
 
 /// The contents of a symbol or function record.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct CdbSymbol {
     /// Memory; `None` for a variable on a stack or in registers.
     mem: Option<MemorySpace>,
@@ -23,31 +24,52 @@ struct CdbSymbol {
     function: bool,
 }
 
-/// A link record: line number, line, name, address.
-type CdbLink<'t> = (u32, &'t str, &'t str, u32);
+/// A link record, which gives a name its address.
+#[derive(Debug, Clone, Copy)]
+struct CdbLink<'t> {
+    /// The number of the line, from 1.
+    number: u32,
+    /// The text of the line.
+    line: &'t str,
+    /// The name as SDCC writes it, with scope and block.
+    name: &'t str,
+    /// The address.
+    addr: u32,
+}
 
-type CdbKey<'t> = (SymbolScope<'t>, &'t str, &'t str, &'t str);
+/// What a record of a symbol and its link record have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct CdbKey<'t> {
+    /// The module or function that the name is in.
+    scope: SymbolScope<'t>,
+    /// The name in the source.
+    name: &'t str,
+    /// The nesting level of the block, with a suffix in newer versions.
+    level: &'t str,
+    /// The number of the block.
+    block: &'t str,
+}
 
 /// Reads a file of records.
 pub(super) fn read_cdb(text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
     let mut kinds: HashMap<CdbKey, CdbSymbol> = HashMap::new();
     let mut links = Vec::new();
-    for (number, line) in numbered_lines(text).filter(|(_, line)| !line.is_empty()) {
+    for NumberedLine { number, line } in numbered_lines(text).filter(|NumberedLine { line, .. }| !line.is_empty()) {
         if faults.is_full() {
             return;
         }
         match line.as_bytes() {
             [b'S' | b'F', b':', ..] => match symbol(line) {
-                Ok((key, kind)) => {
+                Ok(CdbSymbolRecord { key, symbol: kind }) => {
                     // A function has both records, and one of them may lack its memory.
                     let known = kinds.entry(key).or_insert(kind);
                     known.mem = known.mem.or(kind.mem);
                 }
-                Err((part, what)) => damaged(number, line, part, what, faults),
+                Err(CdbDamage { part, cause: what }) => damaged(number, line, part, what, faults),
             },
             [b'L', b':', ..] => match link(line) {
-                Ok((name, addr)) => links.push((number, line, name, addr)),
-                Err((part, what)) => damaged(number, line, part, what, faults),
+                Ok(CdbLinkedName { name, addr }) => links.push(CdbLink { number, line, name, addr }),
+                Err(CdbDamage { part, cause: what }) => damaged(number, line, part, what, faults),
             },
             [b'A'..=b'Z', b':', ..] => {}
             _ => damaged(number, line, line, "the line begins with no record type", faults),
@@ -59,28 +81,44 @@ pub(super) fn read_cdb(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
         faults.error("SYM007", Pos::default(), cause, hint);
     }
     let functions = function_ends(&links, &kinds);
-    for (number, line, name, addr) in links {
-        place_symbol(name, addr, (&kinds, &functions), pos_of(number, line, name), found, faults);
+    for CdbLink { number, line, name, addr } in links {
+        place_symbol(
+            name,
+            addr,
+            CdbTables { kinds: &kinds, functions: &functions },
+            pos_of(number, line, name),
+            found,
+            faults,
+        );
     }
 }
 
 /// Returns the addresses of the functions, and below them those of their last instructions.
 fn function_ends(links: &[CdbLink], kinds: &HashMap<CdbKey, CdbSymbol>) -> HashMap<u32, u32> {
-    let ends = links.iter().filter_map(|(_, _, name, addr)| Some((name.strip_prefix('X')?, *addr)));
+    let ends = links.iter().filter_map(|CdbLink { name, addr, .. }| Some((name.strip_prefix('X')?, *addr)));
     let ends: HashMap<&str, u32> = ends.collect();
-    let functions = links.iter().filter(|(_, _, name, _)| match names::parse_debug_record(name) {
+    let functions = links.iter().filter(|CdbLink { name, .. }| match names::parse_debug_record(name) {
         Some(DebugRecord::Symbol { scope, name, level, block }) => {
-            kinds.get(&(scope, name, level, block)).is_some_and(|kind| kind.function)
+            kinds.get(&CdbKey { scope, name, level, block }).is_some_and(|kind| kind.function)
         }
         _ => false,
     });
-    functions.map(|(_, _, name, addr)| (*addr, ends.get(name).copied().unwrap_or(*addr))).collect()
+    functions.map(|CdbLink { name, addr, .. }| (*addr, ends.get(name).copied().unwrap_or(*addr))).collect()
+}
+
+/// What the records of a file say before the links are read.
+#[derive(Debug, Clone, Copy)]
+struct CdbTables<'a> {
+    /// The symbols by their keys.
+    kinds: &'a HashMap<CdbKey<'a>, CdbSymbol>,
+    /// The addresses of functions with those of their last instructions.
+    functions: &'a HashMap<u32, u32>,
 }
 
 fn place_symbol(
     name: &str,
     addr: u32,
-    (kinds, functions): (&HashMap<CdbKey, CdbSymbol>, &HashMap<u32, u32>),
+    CdbTables { kinds, functions }: CdbTables<'_>,
     pos: Pos,
     found: &mut CollectedSymbols,
     faults: &mut FaultList,
@@ -92,7 +130,7 @@ fn place_symbol(
         }
         Some(DebugRecord::End) => {}
         Some(DebugRecord::Symbol { scope, name: short, level, block }) => {
-            match kinds.get(&(scope, short, level, block)) {
+            match kinds.get(&CdbKey { scope, name: short, level, block }) {
                 Some(&CdbSymbol { mem: Some(mem), size, function }) => {
                     let size = match functions.get(&addr).filter(|_| mem == MemorySpace::Code) {
                         // From the first byte to the first of the last instruction, as in the line records.
@@ -110,22 +148,41 @@ fn place_symbol(
     }
 }
 
-type CdbDamage<'t> = (&'t str, &'static str);
+/// The reason why a record cannot be read.
+#[derive(Debug, Clone, Copy)]
+struct CdbDamage<'t> {
+    /// The part of the line that is wrong.
+    part: &'t str,
+    /// The reason, for the message.
+    cause: &'static str,
+}
+
+/// A record of a symbol.
+#[derive(Debug, Clone)]
+struct CdbSymbolRecord<'t> {
+    /// What identifies the symbol in link records.
+    key: CdbKey<'t>,
+    /// What the record says about it.
+    symbol: CdbSymbol,
+}
 
 /// Parses `S:name({size}type),space,...`.
-fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
+fn symbol(line: &str) -> Result<CdbSymbolRecord<'_>, CdbDamage<'_>> {
     let rest = line.get(2..).unwrap_or_default();
-    let (name, _) = rest.split_once('(').ok_or((rest, "the type in parentheses is missing"))?;
+    let (name, _) =
+        rest.split_once('(').ok_or(CdbDamage { part: rest, cause: "the type in parentheses is missing" })?;
     let Some(DebugRecord::Symbol { scope, name, level, block }) = names::parse_debug_record(name) else {
-        return Err((name, "wanted a name such as G$main$0_0$0"));
+        return Err(CdbDamage { part: name, cause: "wanted a name such as G$main$0_0$0" });
     };
-    let (chain, after) = rest.rsplit_once(')').ok_or((rest, "the type is not closed"))?;
+    let (chain, after) = rest.rsplit_once(')').ok_or(CdbDamage { part: rest, cause: "the type is not closed" })?;
     let chain = chain.split_once('(').map_or("", |(_, chain)| chain);
-    let size =
-        chain.strip_prefix('{').and_then(|c| c.split_once('}')).ok_or((chain, "the size in braces is missing"))?;
-    let bytes: u32 = size.0.parse().map_err(|_| (size.0, "the size is not a number"))?;
+    let size = chain
+        .strip_prefix('{')
+        .and_then(|c| c.split_once('}'))
+        .ok_or(CdbDamage { part: chain, cause: "the size in braces is missing" })?;
+    let bytes: u32 = size.0.parse().map_err(|_| CdbDamage { part: size.0, cause: "the size is not a number" })?;
     let space = after.strip_prefix(',').map(|a| a.split(',').next().unwrap_or_default());
-    let space = space.ok_or((after, "the address space is missing"))?;
+    let space = space.ok_or(CdbDamage { part: after, cause: "the address space is missing" })?;
     let function = size.1.starts_with("DF");
     let mem = match space {
         // A function that only a declaration or an interrupt table names has the address space of undefined
@@ -137,24 +194,40 @@ fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
         "H" | "J" => Some(MemorySpace::Bit),
         "I" => Some(MemorySpace::Sfr),
         "A" | "B" | "R" | "Z" => None,
-        _ => return Err((if space.is_empty() { after } else { space }, "the address space is unknown")),
+        _ => {
+            return Err(CdbDamage {
+                part: if space.is_empty() { after } else { space },
+                cause: "the address space is unknown",
+            });
+        }
     };
     // The size in the record of a function is that of a pointer to it; the size of a bit is in bytes.
     let size = if function { 0 } else { bytes };
-    Ok(((scope, name, level, block), CdbSymbol { mem, size, function }))
+    Ok(CdbSymbolRecord { key: CdbKey { scope, name, level, block }, symbol: CdbSymbol { mem, size, function } })
+}
+
+/// The content of a link record.
+#[derive(Debug, Clone, Copy)]
+struct CdbLinkedName<'a> {
+    /// The name as SDCC writes it.
+    name: &'a str,
+    /// The address.
+    addr: u32,
 }
 
 /// Parses `L:name:address`.
-fn link(line: &str) -> Result<(&str, u32), CdbDamage<'_>> {
+fn link(line: &str) -> Result<CdbLinkedName<'_>, CdbDamage<'_>> {
     let rest = line.get(2..).unwrap_or_default();
-    let (name, addr) = rest.rsplit_once(':').ok_or((rest, "the address is missing"))?;
+    let (name, addr) = rest.rsplit_once(':').ok_or(CdbDamage { part: rest, cause: "the address is missing" })?;
     if name.is_empty() {
-        return Err((rest, "the name is missing"));
+        return Err(CdbDamage { part: rest, cause: "the name is missing" });
     }
     let digits = !addr.is_empty() && addr.bytes().all(|b| b.is_ascii_hexdigit());
-    let addr = if digits { u32::from_str_radix(addr, 16).ok() } else { None }
-        .ok_or((if addr.is_empty() { rest } else { addr }, "the address is not a hexadecimal number of 32 bits"))?;
-    Ok((name, addr))
+    let addr = if digits { u32::from_str_radix(addr, 16).ok() } else { None }.ok_or(CdbDamage {
+        part: if addr.is_empty() { rest } else { addr },
+        cause: "the address is not a hexadecimal number of 32 bits",
+    })?;
+    Ok(CdbLinkedName { name, addr })
 }
 
 fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {

@@ -4,6 +4,7 @@
 //! Both have the same form. In a `.rst` addresses and bytes are final. The values of symbols that are defined
 //! relative to `.` are still those of the assembler and are not used.
 
+use crate::image::symbols::NumberedLine;
 use std::collections::{HashMap, HashSet};
 
 use diag::Pos;
@@ -23,7 +24,7 @@ pub(super) fn read_listing(file: &str, text: &str, found: &mut CollectedSymbols,
     };
     let mut page = ListingReader::new(file, text, width);
     let mut head = 0;
-    for (number, line) in numbered_lines(text) {
+    for NumberedLine { number, line } in numbered_lines(text) {
         if line.trim_start_matches('\u{c}').starts_with("ASxxxx Assembler") {
             head = PAGE_HEAD_LINES;
             continue;
@@ -39,7 +40,7 @@ pub(super) fn read_listing(file: &str, text: &str, found: &mut CollectedSymbols,
         match row {
             Some(row) => {
                 head = 0;
-                if let Err((part, cause)) = page.row(number, line, row, found, faults) {
+                if let Err(ListingFault { part, cause }) = page.row(number, line, row, found, faults) {
                     let hint = "give the .rst that the linker writes next to it";
                     return faults.error("SYM005", pos_of(number, line, part), || cause, hint);
                 }
@@ -88,6 +89,15 @@ struct ListingReader<'t> {
     waiting: Vec<(&'t str, u32)>,
 }
 
+/// The reason why a listing has no final addresses.
+#[derive(Debug, Clone)]
+struct ListingFault<'t> {
+    /// The part of the line that shows it.
+    part: &'t str,
+    /// The reason, for the message.
+    cause: String,
+}
+
 impl<'t> ListingReader<'t> {
     fn new(file: &'t str, text: &'t str, width: usize) -> Self {
         // A name can be declared public after its label.
@@ -121,9 +131,12 @@ impl<'t> ListingReader<'t> {
         row: GutterRow<'t>,
         found: &mut CollectedSymbols,
         faults: &mut FaultList,
-    ) -> Result<(), (&'t str, String)> {
+    ) -> Result<(), ListingFault<'t>> {
         if row.relocated {
-            return Err((line.trim_start(), "the listing has bytes that the linker will change".to_owned()));
+            return Err(ListingFault {
+                part: line.trim_start(),
+                cause: "the listing has bytes that the linker will change".to_owned(),
+            });
         }
         if row.more {
             return Ok(());
@@ -134,9 +147,9 @@ impl<'t> ListingReader<'t> {
         };
         if self.unlinked && !self.area.absolute {
             let cause = format!("the area {} is not absolute, so the addresses of a .lst are not final", self.name);
-            return Err((line.trim_start(), cause));
+            return Err(ListingFault { part: line.trim_start(), cause });
         }
-        if let Some((name, global)) = parse_label(row.source) {
+        if let Some(ListingLabel { name, public: global }) = parse_label(row.source) {
             let names = self.names(name, global);
             found.add_symbol(self.area.mem, addr, 0, names, pos_of(number, line, name), faults);
         }
@@ -171,7 +184,7 @@ impl<'t> ListingReader<'t> {
             (Some(_), Some(_)) => {
                 // In a data area a symbol with a literal value is an address, elsewhere a constant.
                 let given = parse_equate(source).filter(|_| self.area.mem != MemorySpace::Code && self.name != "_CODE");
-                if let Some((name, value)) = given {
+                if let Some(ListingEquate { name, value }) = given {
                     let mem =
                         if self.area.mem == MemorySpace::Sfr && self.bits { MemorySpace::Bit } else { self.area.mem };
                     found.add_symbol(mem, value, 0, self.names(name, false), pos_of(number, line, name), faults);
@@ -236,17 +249,35 @@ impl<'t> ListingReader<'t> {
     }
 }
 
+/// A label at the start of a source line.
+#[derive(Debug, Clone, Copy)]
+struct ListingLabel<'a> {
+    /// The name without colons.
+    name: &'a str,
+    /// Whether two colons make it public.
+    public: bool,
+}
+
 /// The label at the start of a line, and whether two colons make it public. Labels of digits and `$` are
 /// local to a few lines and give `None`.
-fn parse_label(source: &str) -> Option<(&str, bool)> {
+fn parse_label(source: &str) -> Option<ListingLabel<'_>> {
     let (name, rest) = source.trim_start().split_once(':')?;
     let fits = name.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'$'));
     let fits = fits && !name.is_empty() && !name.starts_with(|c: char| c.is_ascii_digit());
-    fits.then_some((name, rest.starts_with(':')))
+    fits.then_some(ListingLabel { name, public: rest.starts_with(':') })
+}
+
+/// A constant that a source line defines.
+#[derive(Debug, Clone, Copy)]
+struct ListingEquate<'a> {
+    /// The name.
+    name: &'a str,
+    /// The value.
+    value: u32,
 }
 
 /// Parses `name = 0x80`; `None` for debugging names.
-fn parse_equate(source: &str) -> Option<(&str, u32)> {
+fn parse_equate(source: &str) -> Option<ListingEquate<'_>> {
     let (name, value) = source.split_once('=')?;
     let value = value.trim_start_matches('=');
     let value = value.split_once(';').map_or(value, |(value, _)| value).trim();
@@ -257,5 +288,5 @@ fn parse_equate(source: &str) -> Option<(&str, u32)> {
         _ => return None,
     };
     let plain = !matches!(names::parse_debug_record(name), Some(DebugRecord::Symbol { .. }));
-    (plain && !name.is_empty() && !name.contains(char::is_whitespace)).then_some((name, value))
+    (plain && !name.is_empty() && !name.contains(char::is_whitespace)).then_some(ListingEquate { name, value })
 }

@@ -11,6 +11,8 @@
 //! ```
 //! SDCC 2 writes `  0D:0002    _far_word` without a module.
 
+use crate::image::symbols::NumberedLine;
+use crate::image::symbols::names::RankedName;
 use diag::Pos;
 
 use super::names::{self, DebugRecord, NameRank};
@@ -32,7 +34,7 @@ pub(super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
     let mut area: Option<MapArea> = None;
     let mut seen = false;
     let mut cut = 0u32;
-    for (number, line) in numbered_lines(text) {
+    for NumberedLine { number, line } in numbered_lines(text) {
         if faults.is_full() {
             return;
         }
@@ -173,7 +175,14 @@ fn read_symbol(
         }
         (None, Some(_)) if may_be_cut && looks_like_debug(name) => {}
         (None, Some(mem)) if may_be_cut => {
-            found.add_symbol(mem, addr, 0, vec![(NameRank::Cut, name.to_owned())], pos, faults);
+            found.add_symbol(
+                mem,
+                addr,
+                0,
+                vec![RankedName { rank: NameRank::Cut, name: name.to_owned() }],
+                pos,
+                faults,
+            );
         }
         (None, Some(mem)) => found.add_symbol(mem, addr, 0, names::linker_names(name), pos, faults),
         (None, None) => found.unplaced.push((name.to_owned(), addr)),

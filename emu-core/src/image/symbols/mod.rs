@@ -23,6 +23,7 @@ mod map;
 pub(super) mod names;
 mod spaces;
 
+use crate::image::symbols::names::RankedName;
 use std::fmt;
 
 use diag::text::{into_printable, printable};
@@ -137,14 +138,17 @@ impl CollectedSymbols {
         faults: &mut FaultList,
     ) {
         let file = self.file_index;
-        if let Some((_, name)) = names.iter().find(|(_, name)| too_long(name)) {
+        if let Some(RankedName { name, .. }) = names.iter().find(|RankedName { name, .. }| too_long(name)) {
             return long_name(name, pos, faults);
         }
         if mem == MemorySpace::Sfr && addr > 0xFF {
             let bytes = addr.to_le_bytes();
             let used = 4 - addr.leading_zeros() as usize / 8;
             for (at, &byte) in bytes.iter().enumerate().take(used) {
-                let names = names.iter().map(|(rank, name)| (*rank, format!("{name}.{at}"))).collect();
+                let names = names
+                    .iter()
+                    .map(|RankedName { rank, name }| RankedName { rank: *rank, name: format!("{name}.{at}") })
+                    .collect();
                 self.entries.push(SymbolEntry {
                     mem: direct_space(byte.into()),
                     addr: byte.into(),
@@ -346,9 +350,18 @@ fn extension(name: &str) -> String {
     name.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase()
 }
 
+/// A line of a text with its number.
+#[derive(Debug, Clone, Copy)]
+struct NumberedLine<'a> {
+    /// The number, from 1.
+    number: u32,
+    /// The text without line end and trailing spaces.
+    line: &'a str,
+}
+
 /// The lines of a text with their numbers, from 1, without line ends and trailing spaces.
-fn numbered_lines(text: &str) -> impl Iterator<Item = (u32, &str)> {
-    (1..).zip(text.lines().map(str::trim_end))
+fn numbered_lines(text: &str) -> impl Iterator<Item = NumberedLine<'_>> {
+    (1..).zip(text.lines()).map(|(number, line)| NumberedLine { number, line: line.trim_end() })
 }
 
 /// The position of `part`, which must be a slice of `line`, in the line.

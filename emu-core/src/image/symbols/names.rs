@@ -15,8 +15,14 @@ use diag::{Diagnostic, Pos, Severity};
 use super::{MemorySpace, SymbolFile};
 use crate::image::SymbolAt;
 
-/// A name and its rank.
-pub(in crate::image) type RankedName = (NameRank, String);
+/// A name of an address with the strength of its claim.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::image) struct RankedName {
+    /// How strong the claim is.
+    pub(in crate::image) rank: NameRank,
+    /// The name.
+    pub(in crate::image) name: String,
+}
 
 /// How strong the claim of an address on a name is. The strongest claim wins. Of several equal claims on a
 /// name none wins, but two addresses for one [`NameRank::Exact`] name are an error.
@@ -111,16 +117,22 @@ fn non_empty(text: &str) -> Option<&str> {
 
 /// The ranked names of a symbol whose linker name is `name`.
 pub(in crate::image) fn linker_names(name: &str) -> Vec<RankedName> {
-    let plain = name.strip_prefix('_').and_then(non_empty).map(|plain| (NameRank::Plain, plain.to_owned()));
-    std::iter::once((NameRank::Exact, name.to_owned())).chain(plain).collect()
+    let plain = name
+        .strip_prefix('_')
+        .and_then(non_empty)
+        .map(|plain| RankedName { rank: NameRank::Plain, name: plain.to_owned() });
+    std::iter::once(RankedName { rank: NameRank::Exact, name: name.to_owned() }).chain(plain).collect()
 }
 
 /// The ranked names of a label that is local to its module.
 pub(in crate::image) fn local_names(module: &str, name: &str) -> Vec<RankedName> {
     let plain = name.strip_prefix('_').and_then(non_empty);
     let each = [Some(name), plain].into_iter().flatten();
-    let full = |name: &str| (!module.is_empty()).then(|| (NameRank::Full, format!("{module}.{name}")));
-    each.flat_map(|name| full(name).into_iter().chain([(NameRank::Bare, name.to_owned())])).collect()
+    let full = |name: &str| {
+        (!module.is_empty()).then(|| RankedName { rank: NameRank::Full, name: format!("{module}.{name}") })
+    };
+    each.flat_map(|name| full(name).into_iter().chain([RankedName { rank: NameRank::Bare, name: name.to_owned() }]))
+        .collect()
 }
 
 /// The ranked names of a symbol whose C name is `name`.
@@ -129,19 +141,19 @@ pub(super) fn c_names(scope: SymbolScope, name: &str, block: &str) -> Vec<Ranked
         SymbolScope::Global => linker_names(&format!("_{name}")),
         SymbolScope::Module(module) => {
             vec![
-                (NameRank::Full, format!("{module}.{name}")),
-                (NameRank::Bare, format!("_{name}")),
-                (NameRank::Bare, name.to_owned()),
+                RankedName { rank: NameRank::Full, name: format!("{module}.{name}") },
+                RankedName { rank: NameRank::Bare, name: format!("_{name}") },
+                RankedName { rank: NameRank::Bare, name: name.to_owned() },
             ]
         }
         SymbolScope::Function(path) => {
             let mut names = vec![
-                (NameRank::Full, format!("{path}.{name}${block}")),
-                (NameRank::Near, format!("{path}.{name}")),
-                (NameRank::Bare, name.to_owned()),
+                RankedName { rank: NameRank::Full, name: format!("{path}.{name}${block}") },
+                RankedName { rank: NameRank::Near, name: format!("{path}.{name}") },
+                RankedName { rank: NameRank::Bare, name: name.to_owned() },
             ];
             if let Some((_, function)) = path.rsplit_once('.') {
-                names.push((NameRank::Near, format!("{function}.{name}")));
+                names.push(RankedName { rank: NameRank::Near, name: format!("{function}.{name}") });
             }
             names
         }
@@ -157,7 +169,7 @@ pub(in crate::image) fn resolve_names(
 ) -> Vec<SymbolAt> {
     let mut claims: BTreeMap<(MemorySpace, &str), Vec<(NameRank, &SymbolEntry)>> = BTreeMap::new();
     for entry in entries {
-        for (rank, name) in &entry.names {
+        for RankedName { rank, name } in &entry.names {
             claims.entry((entry.mem, name)).or_default().push((*rank, entry));
         }
     }

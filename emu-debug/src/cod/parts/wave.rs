@@ -14,31 +14,40 @@ pub struct StimulusWave {
     /// Every period begins with `initial` again; otherwise the last voltage stays.
     pub holds_last: bool,
     /// Millivolts from a cycle of the period on, sorted by cycle, one for each.
-    points: Vec<(u64, i64)>,
+    points: Vec<WavePoint>,
+}
+
+/// A point of a waveform.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct WavePoint {
+    /// The cycle within the period.
+    time: u64,
+    /// The value from then on.
+    value: i64,
 }
 
 impl StimulusWave {
     /// Sets the pin to `millivolts` from `cycle` of each period on.
     pub fn set(&mut self, cycle: u64, millivolts: i64) {
-        match self.points.binary_search_by_key(&cycle, |(at, _)| *at) {
+        match self.points.binary_search_by_key(&cycle, |point| point.time) {
             Ok(at) => {
                 if let Some(point) = self.points.get_mut(at) {
-                    point.1 = millivolts;
+                    point.value = millivolts;
                 }
             }
-            Err(at) => self.points.insert(at, (cycle, millivolts)),
+            Err(at) => self.points.insert(at, WavePoint { time: cycle, value: millivolts }),
         }
     }
 
     /// Removes the point at `cycle`.
     pub fn delete(&mut self, cycle: u64) {
-        self.points.retain(|(at, _)| *at != cycle);
+        self.points.retain(|point| point.time != cycle);
     }
 
     /// Returns the points within a period.
-    fn reached(&self) -> impl DoubleEndedIterator<Item = (u64, i64)> + '_ {
+    fn reached(&self) -> impl DoubleEndedIterator<Item = WavePoint> + '_ {
         let end = if self.period == 0 { u64::MAX } else { self.period };
-        self.points.iter().copied().filter(move |(at, _)| *at < end)
+        self.points.iter().copied().filter(move |point| point.time < end)
     }
 
     /// Returns the millivolts at a cycle.
@@ -47,20 +56,20 @@ impl StimulusWave {
         let Some(since) = cycle.checked_sub(self.start) else { return self.initial };
         let lap = since.checked_div(self.period).unwrap_or(0);
         let phase = since - lap * self.period;
-        let point = self.reached().rev().find(|(at, _)| *at <= phase);
+        let point = self.reached().rev().find(|WavePoint { time: at, .. }| *at <= phase);
         let before = || if lap == 0 || self.holds_last { None } else { self.reached().last() };
-        point.or_else(before).map_or(self.initial, |(_, level)| level)
+        point.or_else(before).map_or(self.initial, |WavePoint { value: level, .. }| level)
     }
 
     /// Returns the next cycle after `cycle` at which the voltage may change.
     #[must_use]
     pub fn next(&self, cycle: u64) -> Option<u64> {
-        let first = self.reached().next()?.0;
+        let first = self.reached().next()?.time;
         let Some(since) = cycle.checked_sub(self.start) else { return self.start.checked_add(first) };
         let lap = since.checked_div(self.period).unwrap_or(0);
         let phase = since - lap * self.period;
         let base = self.start.checked_add(lap.checked_mul(self.period)?)?;
-        if let Some((at, _)) = self.reached().find(|(at, _)| *at > phase) {
+        if let Some(WavePoint { time: at, .. }) = self.reached().find(|WavePoint { time: at, .. }| *at > phase) {
             return base.checked_add(at);
         }
         let over = base.checked_add(self.period).filter(|_| self.period > 0)?;

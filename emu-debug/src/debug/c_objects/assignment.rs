@@ -8,6 +8,15 @@ use crate::debug::error::DebugError;
 use crate::debug::expression_place::ExpressionPlace;
 use crate::debug::expression_value::ExpressionValue;
 
+/// A write that is a part of an assignment.
+#[derive(Debug, Clone)]
+pub(in crate::debug) struct PlaceWrite {
+    /// The byte or bit to write.
+    pub(in crate::debug) place: ExpressionPlace,
+    /// Its new value.
+    pub(in crate::debug) value: i64,
+}
+
 impl ObjectExpr {
     /// Returns the writes that assign a value: single bytes and bits, with their new values.
     ///
@@ -17,7 +26,7 @@ impl ObjectExpr {
         &self,
         machine: &dyn DynMachine,
         value: ExpressionValue,
-    ) -> Result<Vec<(ExpressionPlace, i64)>, DebugError> {
+    ) -> Result<Vec<PlaceWrite>, DebugError> {
         match self.resolved_type() {
             Some(CType::Record { keyword, .. }) => {
                 return Err(DebugError::NoSingleValue { what: format!("a {keyword}"), parts: "members" });
@@ -51,7 +60,8 @@ impl ObjectExpr {
             return (0..size)
                 .map(|n| {
                     let (space, addr) = byte(((first + n) / 8) as usize)?;
-                    Ok((ExpressionPlace::Bit { space, addr, bit: ((first + n) % 8) as u8 }, value >> n & 1))
+                    let place = ExpressionPlace::Bit { space, addr, bit: ((first + n) % 8) as u8 };
+                    Ok(PlaceWrite { place, value: value >> n & 1 })
                 })
                 .collect();
         }
@@ -59,10 +69,10 @@ impl ObjectExpr {
         (0..cells.len().min(8))
             .map(|n| {
                 let (space, addr) = byte(n)?;
-                Ok((
-                    ExpressionPlace::Memory { space, addr, bytes: 1, signed: false },
-                    bytes.get(n).copied().unwrap_or(0).into(),
-                ))
+                Ok(PlaceWrite {
+                    place: ExpressionPlace::Memory { space, addr, bytes: 1, signed: false },
+                    value: bytes.get(n).copied().unwrap_or(0).into(),
+                })
             })
             .collect()
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use emu_core::image::{AVR_DATA, BitRange, ByteLocation};
+use emu_core::image::{AVR_DATA, BitRange, ByteLocation, SpaceAddress};
 
 use super::{ObjectBase, ObjectExpr};
 use crate::debug::call_stack::{CallFrame, CalledFrame, MachineFrame, memory_at};
@@ -48,7 +48,9 @@ impl ObjectExpr {
         let Some(first) = index else { return missing() };
         let chip = machine.chip();
         let in_memory = |address: u32| match memory_at(chip, address) {
-            Some((space, addr)) if machine.peek(space, addr).is_some() => ObjectByteLocation::Memory(space, addr),
+            Some(SpaceAddress { space, addr }) if machine.peek(space, addr).is_some() => {
+                ObjectByteLocation::Memory(space, addr)
+            }
             _ => ObjectByteLocation::Missing,
         };
         match &self.base {

@@ -101,10 +101,15 @@ pub(super) struct SspRegisters {
     pub(super) master: bool,
     /// True if SEN stretches the clock of the slave.
     pub(super) stretch: bool,
+    /// SSPBUF.
     pub(super) buf: u8,
+    /// SSPCON.
     pub(super) con: u8,
+    /// SSPCON2.
     pub(super) con2: u8,
+    /// SSPADD.
     pub(super) add: u8,
+    /// SSPSTAT.
     pub(super) stat: u8,
     /// Level of SCK or SCL.
     pub(super) scl: bool,

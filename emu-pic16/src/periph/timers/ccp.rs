@@ -61,6 +61,15 @@ pub(super) struct CcpModule {
 
 emu_core::state! { CcpModule { con, low, high, two, output, pin, edges } if |ccp, _now| ccp.edges <= 16 }
 
+/// The state of the edge detector in capture mode.
+#[derive(Debug, Clone, Copy)]
+struct EdgeDetector {
+    /// The input, by polarity.
+    input: bool,
+    /// The output behind the prescaler, whose rise captures.
+    output: bool,
+}
+
 impl CcpModule {
     /// Returns the mode.
     pub(super) fn mode(&self) -> CcpMode {
@@ -113,22 +122,22 @@ impl CcpModule {
 
     /// Returns the state of the edge detector in capture mode: its input, by polarity, and its output, whose
     /// rise captures. The prescaler is a ripple counter, so its output rises when it wraps to 0.
-    fn detector(&self, edge: CaptureEdge) -> (bool, bool) {
+    fn detector(&self, edge: CaptureEdge) -> EdgeDetector {
         let input = self.pin != (edge == CaptureEdge::Falling);
         match edge {
-            CaptureEdge::Falling | CaptureEdge::Rising => (input, input),
-            CaptureEdge::Fourth => (input, self.edges & 2 == 0),
-            CaptureEdge::Sixteenth => (input, self.edges & 8 == 0),
+            CaptureEdge::Falling | CaptureEdge::Rising => EdgeDetector { input, output: input },
+            CaptureEdge::Fourth => EdgeDetector { input, output: self.edges & 2 == 0 },
+            CaptureEdge::Sixteenth => EdgeDetector { input, output: self.edges & 8 == 0 },
         }
     }
 
     /// Updates the detector after a change of the pin or the mode; `was` is its state before. Returns true if
     /// it captures.
-    fn detect(&mut self, was: (bool, bool), edge: CaptureEdge) -> bool {
-        if self.detector(edge).0 && !was.0 {
+    fn detect(&mut self, was: EdgeDetector, edge: CaptureEdge) -> bool {
+        if self.detector(edge).input && !was.input {
             self.edges = (self.edges + 1) % 16;
         }
-        self.detector(edge).1 && !was.1
+        self.detector(edge).output && !was.output
     }
 
     /// Sets the level of the pin. Returns true if it captures timer 1.

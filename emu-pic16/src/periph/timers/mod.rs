@@ -48,6 +48,15 @@ pub struct Pic16Timers {
 
 emu_core::state! { Pic16Timers { timer1, timer2, ccp, listener, asleep, next } stays { ccps } }
 
+/// A register of a CCP module.
+#[derive(Debug, Clone, Copy)]
+struct CcpRegister {
+    /// The index of the module.
+    index: usize,
+    /// The register: 0 CCPRxL, 1 CCPRxH, 2 CCPxCON.
+    which: u8,
+}
+
 impl Pic16Timers {
     /// Returns the timers after power-on at clock 0, with all lines low.
     ///
@@ -225,7 +234,7 @@ impl Pic16Timers {
     }
 
     /// Returns the index of the module, if it exists, and its register: 0 CCPRxL, 1 CCPRxH, 2 CCPxCON.
-    fn module(&self, reg: Sfr) -> Option<(usize, u8)> {
+    fn module(&self, reg: Sfr) -> Option<CcpRegister> {
         let (i, which) = match reg {
             Sfr::CCPR1L => (0, 0),
             Sfr::CCPR1H => (0, 1),
@@ -235,7 +244,7 @@ impl Pic16Timers {
             Sfr::CCP2CON => (1, 2),
             _ => return None,
         };
-        (i < self.ccps).then_some((i, which))
+        (i < self.ccps).then_some(CcpRegister { index: i, which })
     }
 
     /// Writes a register of a module.
@@ -279,9 +288,9 @@ impl Device<Pic16Signal> for Pic16Timers {
             Sfr::T2CON => self.timer2.con(),
             Sfr::PR2 => self.timer2.pr(),
             _ => match self.module(reg) {
-                Some((i, 0)) => self.ccp[i].low,
-                Some((i, 1)) => self.ccp[i].high(),
-                Some((i, _)) => self.ccp[i].con(),
+                Some(CcpRegister { index: i, which: 0 }) => self.ccp[i].low,
+                Some(CcpRegister { index: i, which: 1 }) => self.ccp[i].high(),
+                Some(CcpRegister { index: i, .. }) => self.ccp[i].con(),
                 None => 0,
             },
         }
@@ -310,7 +319,7 @@ impl Device<Pic16Signal> for Pic16Timers {
                     Sfr::T2CON => self.timer2.write_con(value, t),
                     Sfr::PR2 => self.timer2.write_pr(value, t),
                     _ => {
-                        if let Some((i, which)) = self.module(reg) {
+                        if let Some(CcpRegister { index: i, which }) = self.module(reg) {
                             self.write_module(i, which, value, t, out);
                         }
                     }
@@ -386,7 +395,9 @@ impl Device<Pic16Signal> for Pic16Timers {
             Sfr::TMR1H => ahead(0x100 - u64::from(self.timer1.value(t) & 0xFF)),
             Sfr::TMR2 => self.timer2.count_after(t),
             _ => match self.module(reg) {
-                Some((i, 1)) if self.ccp[i].mode() == CcpMode::Pwm => self.timer2.end_after(t),
+                Some(CcpRegister { index: i, which: 1 }) if self.ccp[i].mode() == CcpMode::Pwm => {
+                    self.timer2.end_after(t)
+                }
                 _ => NEVER,
             },
         }

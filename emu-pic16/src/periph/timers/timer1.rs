@@ -104,6 +104,15 @@ emu_core::state! {
     if |of, now| of.swings <= of.at && of.at <= now + 4 && u64::from(of.prescaler) < PRESCALER
 }
 
+/// The first boundary at which a crystal edge passes the synchronizer.
+#[derive(Debug, Clone, Copy)]
+struct FirstBoundary {
+    /// The clock of the boundary.
+    boundary: u64,
+    /// The number of edges by which it is late, 0 or 1.
+    late: u64,
+}
+
 impl Timer1 {
     /// Returns the timer after power-on. `crystal` is `None` if there is none.
     pub(super) fn new(crystal: Option<Timer1Crystal>) -> Timer1 {
@@ -200,9 +209,13 @@ impl Timer1 {
 
     /// Returns the first boundary at which a crystal edge after `at` passes the synchronizer, and the number
     /// of edges by which it is late, because an edge already in it has the same boundary.
-    fn first(&self) -> (u64, u64) {
+    fn first(&self) -> FirstBoundary {
         let boundary = synchronised(self.output(1));
-        if self.flight.contains(&boundary) { (boundary.saturating_add(4), 1) } else { (boundary, 0) }
+        if self.flight.contains(&boundary) {
+            FirstBoundary { boundary: boundary.saturating_add(4), late: 1 }
+        } else {
+            FirstBoundary { boundary, late: 0 }
+        }
     }
 
     /// Returns the counts in `(at, t]`.
@@ -213,7 +226,11 @@ impl Timer1 {
             self.outputs(t)
         } else {
             let flown = self.flight.iter().filter(|&&b| b <= t).count() as u64;
-            let (first, late) = if self.source() == ClockSource::Crystal { self.first() } else { (NEVER, 0) };
+            let FirstBoundary { boundary: first, late } = if self.source() == ClockSource::Crystal {
+                self.first()
+            } else {
+                FirstBoundary { boundary: NEVER, late: 0 }
+            };
             let more = if !self.has_edges_too_close() {
                 self.outputs(sampled(t)).saturating_sub(late)
             } else if t < first {
@@ -238,7 +255,7 @@ impl Timer1 {
         } else if self.source() != ClockSource::Crystal {
             return NEVER;
         }
-        let (n, (first, late)) = (n - waiting, self.first());
+        let (n, FirstBoundary { boundary: first, late }) = (n - waiting, self.first());
         if self.has_edges_too_close() {
             first.saturating_add((n - 1).saturating_mul(4))
         } else {

@@ -35,6 +35,15 @@ pub(super) struct SettledPeriods {
     pub postscaler_full: bool,
 }
 
+/// What a number of counts does to timer 2.
+#[derive(Debug, Clone, Copy)]
+struct CountedPeriods {
+    /// The number of periods that ended.
+    periods: u64,
+    /// TMR2 after them.
+    value: u8,
+}
+
 impl Timer2 {
     /// Returns the timer after a reset at `t`.
     pub(super) fn new(t: u64) -> Timer2 {
@@ -80,10 +89,12 @@ impl Timer2 {
     }
 
     /// Returns the ends of periods within `counts`, and TMR2 after them.
-    fn after(&self, counts: u64) -> (u64, u8) {
+    fn after(&self, counts: u64) -> CountedPeriods {
         match counts.checked_sub(self.first()) {
-            None => (0, self.value.wrapping_add(counts as u8)),
-            Some(beyond) => (1 + beyond / self.period(), (beyond % self.period()) as u8),
+            None => CountedPeriods { periods: 0, value: self.value.wrapping_add(counts as u8) },
+            Some(beyond) => {
+                CountedPeriods { periods: 1 + beyond / self.period(), value: (beyond % self.period()) as u8 }
+            }
         }
     }
 
@@ -94,7 +105,7 @@ impl Timer2 {
 
     /// Returns the clock of the first end of a period after `t`.
     pub(super) fn end_after(&self, t: u64) -> u64 {
-        self.period_end(self.after(self.counts(t)).0 + 1)
+        self.period_end(self.after(self.counts(t)).periods + 1)
     }
 
     /// Returns the clock of the first count after `t`.
@@ -109,13 +120,13 @@ impl Timer2 {
 
     /// Returns TMR2 at `t`.
     pub(super) fn value(&self, t: u64) -> u8 {
-        self.after(self.counts(t)).1
+        self.after(self.counts(t)).value
     }
 
     /// Moves `at` to the last count at or before `t`. Returns what has happened since.
     pub(super) fn settle(&mut self, t: u64) -> SettledPeriods {
         let counts = self.counts(t);
-        let (ends, value) = self.after(counts);
+        let CountedPeriods { periods: ends, value } = self.after(counts);
         self.post = ((u64::from(self.post) + ends) % u64::from(self.postscale())) as u8;
         self.value = value;
         if counts > 0 {

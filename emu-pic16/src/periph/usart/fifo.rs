@@ -3,8 +3,11 @@
 /// A received word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ReceivedWord {
+    /// The lower eight bits.
     pub(super) byte: u8,
+    /// The ninth bit.
     pub(super) ninth: bool,
+    /// Whether the stop bit was low (FERR).
     pub(super) bad_stop: bool,
 }
 

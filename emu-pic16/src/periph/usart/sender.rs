@@ -8,9 +8,11 @@ use super::{Pic16Usart, TCY, TX9, TX9D};
 /// A word in TSR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct OutgoingWord {
+    /// The lower eight bits.
     pub(super) byte: u8,
     /// Bits that are not on the line yet, the next one lowest, and their number.
     bits: u16,
+    /// The number of bits that are still to be sent.
     pub(super) left: u8,
     /// Synchronous mode: true while CK is in the high half of a bit.
     pub(super) high: bool,

@@ -9,6 +9,7 @@
 //!     .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
 //! ```
 
+use emu_core::chip::ChipSpace;
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, RamInit, StopReason};
@@ -117,7 +118,8 @@ impl ImageBench {
                 built.shortest_period_cycles
             ));
         }
-        let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
+        let segments: Vec<_> =
+            built.segments.iter().map(|(at, bytes)| emu_core::image::HexSegment { addr: *at, bytes }).collect();
         let hex = emu_core::image::write_hex(&segments);
         let chip = self.target.chip;
         let image = emu_core::image::load_hex("image", hex.as_bytes(), chip.hex_spaces).expect("a sound image").image;
@@ -129,7 +131,11 @@ impl ImageBench {
         };
         let mut model = IrInterpreter::new(ir);
         let mut rng = Rng::new(seed ^ 0x5CA9);
-        let cells = chip.spaces.iter().find(|(name, ..)| *name == "eeprom").map_or(0, |&(_, cells, _)| cells);
+        let cells = chip
+            .spaces
+            .iter()
+            .find(|ChipSpace { name, .. }| *name == "eeprom")
+            .map_or(0, |&ChipSpace { size: cells, .. }| cells);
         for addr in 0..u32::from(ir.eeprom_bytes) {
             if !run.cpu.poke("eeprom", addr, 0xFF) {
                 return differs(format!("no EEPROM cell {addr} of {cells}"));

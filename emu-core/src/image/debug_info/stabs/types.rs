@@ -136,6 +136,24 @@ pub(super) struct StabTypes {
     same: HashMap<usize, Option<TypeId>>,
 }
 
+/// The value of a constant in a stab.
+#[derive(Debug, Clone)]
+pub struct StabConstant {
+    /// The value, lowest byte first.
+    pub bytes: Vec<u8>,
+    /// The type, if the stab names one.
+    pub type_id: Option<TypeId>,
+}
+
+/// The types of all stabs of a file.
+#[derive(Debug, Clone)]
+pub struct FinishedTypes {
+    /// The types by their numbers.
+    pub types: BTreeMap<usize, CType>,
+    /// The numbers of types that are other types, with the numbers of those.
+    pub same: HashMap<usize, usize>,
+}
+
 impl StabTypes {
     pub fn new(first: usize) -> StabTypes {
         StabTypes {
@@ -409,17 +427,17 @@ impl StabTypes {
     }
 
     /// A constant: its bytes and its type.
-    pub fn constant(&mut self, text: &mut TypeText<'_>) -> Option<(Vec<u8>, Option<TypeId>)> {
+    pub fn constant(&mut self, text: &mut TypeText<'_>) -> Option<StabConstant> {
         text.expect(b'=')?;
         match text.take()? {
             b'i' => {
                 let kind = CType::Base { name: "int".to_owned(), bytes: POINTER_BYTES, encoding: BaseEncoding::Signed };
-                Some((text.number()?.to_le_bytes().to_vec(), Some(self.add(kind))))
+                Some(StabConstant { bytes: text.number()?.to_le_bytes().to_vec(), type_id: Some(self.add(kind)) })
             }
             b'e' => {
                 let of = self.read(text, TypeNaming::None)?;
                 text.expect(b',')?;
-                Some((text.number()?.to_le_bytes().to_vec(), of))
+                Some(StabConstant { bytes: text.number()?.to_le_bytes().to_vec(), type_id: of })
             }
             _ => None,
         }
@@ -440,7 +458,7 @@ impl StabTypes {
 
     /// All types, and those that are others of them. A type with a definition elsewhere is the first of its
     /// tag that has members.
-    pub fn finish(mut self) -> (BTreeMap<usize, CType>, HashMap<usize, usize>) {
+    pub fn finish(mut self) -> FinishedTypes {
         let mut tags: HashMap<(&str, &str), usize> = HashMap::new();
         for (id, kind) in &self.types {
             let tag = match kind {
@@ -466,6 +484,6 @@ impl StabTypes {
             at.map_or(usize::MAX, |at| at.0)
         };
         let same = self.same.keys().map(|id| (*id, end(*id))).collect();
-        (self.types, same)
+        FinishedTypes { types: self.types, same }
     }
 }

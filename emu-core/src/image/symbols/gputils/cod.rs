@@ -13,9 +13,10 @@
 //! ```
 //! Sources: gputils documentation, "The .cod file format"; files that gpasm and gplink 1.4.0 write.
 
+use crate::image::symbols::names::RankedName;
 use diag::Pos;
 
-use super::super::names::{self, NameRank};
+use super::super::names;
 use super::super::{CollectedSymbols, FaultList, SourceKind, shortened};
 
 /// Bytes per block.
@@ -25,6 +26,7 @@ pub(super) const BLOCK_BYTES: usize = 512;
 const FILES: usize = 430;
 const LINES: usize = 434;
 const SYMBOLS: usize = 462;
+/// Offset of the entry of the table of messages in the directory.
 pub(super) const MESSAGES: usize = 466;
 const HIGH: usize = 439;
 const NEXT: usize = 441;
@@ -78,6 +80,15 @@ pub(super) struct CodFile<'b> {
     directories: Vec<usize>,
 }
 
+/// A block of a COD file with its number.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CodBlock<'b> {
+    /// The position in the file, in blocks.
+    pub(super) number: usize,
+    /// The content.
+    pub(super) bytes: &'b [u8],
+}
+
 impl<'b> CodFile<'b> {
     /// Checks the directories. Returns `None`, after reporting it, if they are damaged or the file is for a
     /// chip of another family.
@@ -117,13 +128,7 @@ impl<'b> CodFile<'b> {
 
     /// The blocks of a table of one directory, with their numbers; empty if there is no such table. Blocks
     /// beyond the end of the file are a fault.
-    pub(super) fn table(
-        &self,
-        directory: usize,
-        at: usize,
-        what: &str,
-        faults: &mut FaultList,
-    ) -> Vec<(usize, &'b [u8])> {
+    pub(super) fn table(&self, directory: usize, at: usize, what: &str, faults: &mut FaultList) -> Vec<CodBlock<'b>> {
         let entry = |at| self.block(directory).and_then(|block| word(block, at)).map_or(0, usize::from);
         let (first, last) = (entry(at), entry(at + 2));
         if first == 0 {
@@ -135,11 +140,11 @@ impl<'b> CodFile<'b> {
             faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link again");
             return Vec::new();
         }
-        (first..=last).filter_map(|number| Some((number, self.block(number)?))).collect()
+        (first..=last).filter_map(|number| Some(CodBlock { number, bytes: self.block(number)? })).collect()
     }
 
     /// The blocks of a table that only the first directory has.
-    pub(super) fn main_table(&self, at: usize, what: &str, faults: &mut FaultList) -> Vec<(usize, &'b [u8])> {
+    pub(super) fn main_table(&self, at: usize, what: &str, faults: &mut FaultList) -> Vec<CodBlock<'b>> {
         self.table(0, at, what, faults)
     }
 }
@@ -153,14 +158,14 @@ pub(super) fn report_damaged(block: usize, offset: usize, what: &str, faults: &m
 /// Reads symbols and lines.
 pub(in super::super) fn read_cod(bytes: &[u8], found: &mut CollectedSymbols, faults: &mut FaultList) {
     let Some(cod) = CodFile::new(bytes, faults) else { return };
-    for (number, block) in cod.main_table(SYMBOLS, "symbols", faults) {
+    for CodBlock { number, bytes: block } in cod.main_table(SYMBOLS, "symbols", faults) {
         read_symbols(number, block, found, faults);
         if faults.is_full() {
             return;
         }
     }
     let mut files = Vec::new();
-    for (number, block) in cod.main_table(FILES, "source files", faults) {
+    for CodBlock { number, bytes: block } in cod.main_table(FILES, "source files", faults) {
         for at in (0..BLOCK_BYTES).step_by(64) {
             let name = text(block, at).filter(|name| name.len() < 64);
             if name.is_none() {
@@ -173,7 +178,7 @@ pub(in super::super) fn read_cod(bytes: &[u8], found: &mut CollectedSymbols, fau
         // A mid-range program has one directory; the addresses of further ones start at multiples of 32 K
         // words.
         let high = cod.block(directory).and_then(|block| word(block, HIGH)).map_or(0, |high| u32::from(high) << 15);
-        for (number, block) in cod.table(directory, LINES, "lines", faults) {
+        for CodBlock { number, bytes: block } in cod.table(directory, LINES, "lines", faults) {
             read_lines(number, block, high, &files, found, faults);
             if faults.is_full() {
                 return;
@@ -233,6 +238,6 @@ fn read_lines(
 }
 
 /// The ranked names of a static of one file.
-pub(super) fn names_in_file(file: &str, name: &str) -> Vec<(NameRank, String)> {
+pub(super) fn names_in_file(file: &str, name: &str) -> Vec<RankedName> {
     names::local_names(super::module_name(file), name)
 }

@@ -9,6 +9,7 @@
 //! gplink's listing has no names. gpasm's has a table of names that does not say what each of them is. Names
 //! at the start of a line with a program address are labels.
 
+use crate::image::symbols::NumberedLine;
 use std::collections::BTreeMap;
 
 use diag::Pos;
@@ -61,12 +62,12 @@ fn parse_hex(text: &str, digits: usize) -> Option<u32> {
 }
 
 fn read_linker_listing(file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
-    let mut lines = numbered_lines(text).skip_while(|(_, line)| !line.starts_with("-------  -----"));
+    let mut lines = numbered_lines(text).skip_while(|NumberedLine { line, .. }| !line.starts_with("-------  -----"));
     if lines.next().is_none() {
         let cause = || "no line under the heads of the columns".to_owned();
         return faults.error("SYM010", Pos::default(), cause, "the file is cut off: link again");
     }
-    for (number, line) in lines {
+    for NumberedLine { number, line } in lines {
         if line.starts_with(' ') || line.is_empty() {
             continue;
         }
@@ -90,7 +91,7 @@ fn read_assembler_listing(file: &str, text: &str, found: &mut CollectedSymbols, 
     let mut labels: BTreeMap<&str, (u32, Pos)> = BTreeMap::new();
     let mut table: Vec<(u32, &str)> = Vec::new();
     let (mut in_table, mut used, mut lines) = (false, false, 0);
-    for (number, line) in numbered_lines(text) {
+    for NumberedLine { number, line } in numbered_lines(text) {
         let line = line.trim_start_matches('\u{c}');
         match line {
             "SYMBOL TABLE" => in_table = true,

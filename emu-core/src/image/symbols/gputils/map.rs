@@ -7,6 +7,7 @@
 //!                    start   0x000001    program     extern main.asm
 //! ```
 
+use crate::image::symbols::NumberedLine;
 use diag::Pos;
 
 use super::super::names;
@@ -20,12 +21,13 @@ pub(in super::super) fn is_map_file(first: &str) -> bool {
 
 /// Reads a map.
 pub(in super::super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
-    let mut lines = numbered_lines(text).skip_while(|(_, line)| line.trim() != "Symbols - Sorted by Name");
+    let mut lines =
+        numbered_lines(text).skip_while(|NumberedLine { line, .. }| line.trim() != "Symbols - Sorted by Name");
     if lines.next().is_none() {
         let cause = || "the map has no table `Symbols - Sorted by Name`".to_owned();
         return faults.error("SYM009", Pos::default(), cause, "the file is cut off: link again");
     }
-    for (number, line) in lines.skip(2) {
+    for NumberedLine { number, line } in lines.skip(2) {
         if line.is_empty() || faults.is_full() {
             return;
         }

@@ -5,6 +5,7 @@
 //! ```
 //! The last 8 bytes of a block contain no message; a kind of 0 ends the messages of a block.
 
+use crate::image::symbols::gputils::cod::CodBlock;
 use diag::Diagnostic;
 use diag::text::into_printable;
 
@@ -32,7 +33,7 @@ pub fn load_messages(file: &SymbolFile) -> Result<Vec<SimulatorMessage>, Vec<Dia
     let mut faults = FaultList::new(file.name, MORE_CODE);
     let mut messages = Vec::new();
     if let Some(cod) = CodFile::new(file.bytes, &mut faults) {
-        for (number, block) in cod.main_table(MESSAGES, "messages", &mut faults) {
+        for CodBlock { number, bytes: block } in cod.main_table(MESSAGES, "messages", &mut faults) {
             read_messages(number, block, &mut messages, &mut faults);
         }
     }

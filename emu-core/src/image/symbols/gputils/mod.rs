@@ -23,12 +23,21 @@ const CONFIG: u32 = 0x2000;
 /// Word address of the EEPROM in image files (DS30262 and related programming specifications).
 const EEPROM: u32 = 0x2100;
 
+/// An address in a memory of the PIC16.
+#[derive(Debug, Clone, Copy)]
+struct ProgrammerAddress {
+    /// The memory.
+    space: MemorySpace,
+    /// The byte address in it.
+    addr: u32,
+}
+
 /// Converts a word of the programmer's address space to memory and byte address; `None` beyond its end.
-fn program_space(word: u32) -> Option<(MemorySpace, u32)> {
+fn program_space(word: u32) -> Option<ProgrammerAddress> {
     match word {
-        0..CONFIG => Some((MemorySpace::Flash, 2 * word)),
-        CONFIG..EEPROM => Some((MemorySpace::Config, 2 * (word - CONFIG))),
-        EEPROM..0x2200 => Some((MemorySpace::Eeprom, word - EEPROM)),
+        0..CONFIG => Some(ProgrammerAddress { space: MemorySpace::Flash, addr: 2 * word }),
+        CONFIG..EEPROM => Some(ProgrammerAddress { space: MemorySpace::Config, addr: 2 * (word - CONFIG) }),
+        EEPROM..0x2200 => Some(ProgrammerAddress { space: MemorySpace::Eeprom, addr: word - EEPROM }),
         _ => None,
     }
 }
@@ -36,7 +45,7 @@ fn program_space(word: u32) -> Option<(MemorySpace, u32)> {
 /// Adds the names of a program address.
 fn add_label(word: u32, names: Vec<RankedName>, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
     match program_space(word) {
-        Some((mem, addr)) => found.add_symbol(mem, addr, 0, names, pos, faults),
+        Some(ProgrammerAddress { space: mem, addr }) => found.add_symbol(mem, addr, 0, names, pos, faults),
         None => report_beyond_end("program memory", word, 0x21FF, pos, faults),
     }
 }
@@ -51,7 +60,7 @@ fn add_data_symbol(addr: u32, names: Vec<RankedName>, pos: Pos, found: &mut Coll
 
 /// Adds the line of a word of program memory; IDs, configuration and EEPROM have no lines.
 fn add_line(word: u32, kind: SourceKind, file: &str, number: u32, found: &mut CollectedSymbols) {
-    if let Some((MemorySpace::Flash, addr)) = program_space(word) {
+    if let Some(ProgrammerAddress { space: MemorySpace::Flash, addr }) = program_space(word) {
         found.lines.push(super::SourceLine { addr, kind, file: printable(file).into(), line: number, len: 0 });
     }
 }

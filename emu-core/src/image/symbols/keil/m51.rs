@@ -21,7 +21,9 @@ use std::collections::HashMap;
 use diag::Pos;
 
 use super::{ScopeTracker, bit_address};
-use crate::image::symbols::{CollectedSymbols, FaultList, MemorySpace, numbered_lines, pos_of, report_damaged};
+use crate::image::symbols::{
+    CollectedSymbols, FaultList, MemorySpace, NumberedLine, numbered_lines, pos_of, report_damaged,
+};
 
 /// Returns true if a line is the first line of such a map.
 pub(in crate::image::symbols) fn is_m51_map(first: &str) -> bool {
@@ -48,7 +50,7 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
     let mut stems: HashMap<String, String> = HashMap::new();
     let (mut scopes, mut seen, mut rows, mut names) = (ScopeTracker::default(), false, 0u32, None);
     let (mut marked, mut message) = (false, false);
-    for (number, line) in &lines {
+    for MapLine { number, text: line } in &lines {
         if faults.is_full() {
             return;
         }
@@ -62,7 +64,7 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
             message = true;
             continue;
         }
-        message &= split_word(line).is_some_and(|(first, _)| first.ends_with(':'));
+        message &= split_word(line).is_some_and(|FirstWord { word: first, .. }| first.ends_with(':'));
         if message {
             continue;
         }
@@ -77,7 +79,7 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
         }
         match part {
             MapSection::Other => {}
-            MapSection::Modules => stems.extend(module_and_file(line)),
+            MapSection::Modules => stems.extend(module_and_file(line).map(|found| (found.module, found.stem))),
             MapSection::Symbols => {
                 if line.trim_start().starts_with("VALUE") {
                     names = line.find("SYMBOL NAME");
@@ -99,7 +101,7 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
     }
     let open = scopes.open_module().filter(|_| marked).map(str::to_owned);
     if part == MapSection::Symbols || open.is_some() {
-        let last = lines.last().map_or(0, |(number, _)| *number);
+        let last = lines.last().map_or(0, |MapLine { number, .. }| *number);
         let cause = || match &open {
             Some(module) => format!("the map ends within its table of symbols: module {module} has no ENDMOD"),
             None => "the map ends within its table of symbols".to_owned(),
@@ -119,13 +121,22 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
     }
 }
 
+/// A line of a map with its continuation lines.
+#[derive(Debug, Clone)]
+struct MapLine {
+    /// The number of its first line, from 1.
+    number: u32,
+    /// The text.
+    text: String,
+}
+
 /// The lines, joined with their continuation lines.
-fn join_continuations(text: &str) -> Vec<(u32, String)> {
-    let mut lines: Vec<(u32, String)> = Vec::new();
-    for (number, line) in numbered_lines(text) {
+fn join_continuations(text: &str) -> Vec<MapLine> {
+    let mut lines: Vec<MapLine> = Vec::new();
+    for NumberedLine { number, line } in numbered_lines(text) {
         match (line.strip_prefix(">>"), lines.last_mut()) {
-            (Some(more), Some((_, last))) => last.push_str(more.trim_start()),
-            _ => lines.push((number, line.to_owned())),
+            (Some(more), Some(last)) => last.text.push_str(more.trim_start()),
+            _ => lines.push(MapLine { number, text: line.to_owned() }),
         }
     }
     lines
@@ -135,14 +146,23 @@ fn is_rule(line: &str) -> bool {
     line.bytes().all(|byte| matches!(byte, b'-' | b'=' | b' ' | b'\t'))
 }
 
+/// A module of a map that is not from a library.
+#[derive(Debug, Clone)]
+struct MapModule {
+    /// The name of the module.
+    module: String,
+    /// The name of its file without extension.
+    stem: String,
+}
+
 /// Parses `.\Objects\main.obj (MAIN)` into the name of the module and the stem of its file. A module of a
 /// library gives `None`.
-fn module_and_file(line: &str) -> Option<(String, String)> {
+fn module_and_file(line: &str) -> Option<MapModule> {
     let (path, module) = line.trim().strip_suffix(')')?.rsplit_once(" (")?;
     let file = path.rsplit(['\\', '/']).next()?;
     let (stem, extension) = file.rsplit_once('.').unwrap_or((file, ""));
     let own = !extension.eq_ignore_ascii_case("lib") && !stem.is_empty();
-    own.then(|| (module.to_owned(), stem.to_owned()))
+    own.then(|| MapModule { module: module.to_owned(), stem: stem.to_owned() })
 }
 
 /// A line of the table.
@@ -159,21 +179,21 @@ impl<'t> MapRow<'t> {
     fn read(line: &'t str, names: Option<usize>) -> Option<MapRow<'t>> {
         const BL51: &[&str] =
             &["MODULE", "ENDMOD", "PROC", "ENDPROC", "DO", "ENDDO", "SYMBOL", "PUBLIC", "LINE#", "SEGMENT", "EXTRN"];
-        let (value, rest) = split_word(line)?;
+        let FirstWord { word: value, rest } = split_word(line)?;
         // `*DEL*:00000000H`, `*SFR* 0000009EH`: LX51 marks what it removed, and in other tables also
         // registers.
         if value.starts_with('*') {
             return Some(MapRow { value: "---", kind: "", class: Some(("", "")), name: rest.trim() });
         }
-        let (kind, rest) = split_word(rest)?;
+        let FirstWord { word: kind, rest } = split_word(rest)?;
         let scope = value.bytes().all(|byte| byte == b'-');
         // In LX51's table a value has no memory prefix, and a rule has fewer than seven dashes.
         let lx51 = if scope { value.len() < 7 } else { !value.contains(':') };
         if !lx51 {
             return BL51.contains(&kind).then(|| MapRow { value, kind, class: None, name: rest.trim() });
         }
-        let (class, rest) = split_word(rest)?;
-        let (kind_of, rest) = split_word(rest)?;
+        let FirstWord { word: class, rest } = split_word(rest)?;
+        let FirstWord { word: kind_of, rest } = split_word(rest)?;
         let known = scope || value.starts_with(|c: char| c.is_ascii_hexdigit() || c == 'R');
         // A type can have two words.
         let name = names.and_then(|at| line.get(at..)).unwrap_or(rest);
@@ -328,10 +348,19 @@ fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, M5
     Ok(SymbolPlace::At(mem, number))
 }
 
+/// The first word of a text and what follows.
+#[derive(Debug, Clone, Copy)]
+struct FirstWord<'a> {
+    /// The word, at least one character.
+    word: &'a str,
+    /// The text after the word, with its spaces.
+    rest: &'a str,
+}
+
 /// The first word of a text, and the rest after it.
-fn split_word(text: &str) -> Option<(&str, &str)> {
+fn split_word(text: &str) -> Option<FirstWord<'_>> {
     let text = text.trim_start();
     let end = text.find([' ', '\t']).unwrap_or(text.len());
     let (word, rest) = text.split_at(end);
-    (!word.is_empty()).then_some((word, rest))
+    (!word.is_empty()).then_some(FirstWord { word, rest })
 }

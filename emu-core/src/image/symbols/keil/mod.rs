@@ -131,7 +131,10 @@ impl ScopeTracker {
         // Every module has its own name for a register of the chip, and the names in two modules may differ.
         let own = matches!(mem, MemorySpace::Sfr | MemorySpace::Bit) && addr >= 0x80;
         let names = if own {
-            vec![(NameRank::Full, format!("{}.{name}", self.module)), (NameRank::Plain, name.to_owned())]
+            vec![
+                RankedName { rank: NameRank::Full, name: format!("{}.{name}", self.module) },
+                RankedName { rank: NameRank::Plain, name: name.to_owned() },
+            ]
         } else {
             linker_names(name)
         };
@@ -162,10 +165,16 @@ impl ScopeTracker {
         };
         let path = format!("{}.{function}.{name}", self.module);
         let mut names: Vec<RankedName> = match self.blocks.last() {
-            Some(block) => vec![(NameRank::Full, format!("{path}${block}")), (NameRank::Near, path)],
-            None => vec![(NameRank::Full, path)],
+            Some(block) => vec![
+                RankedName { rank: NameRank::Full, name: format!("{path}${block}") },
+                RankedName { rank: NameRank::Near, name: path },
+            ],
+            None => vec![RankedName { rank: NameRank::Full, name: path }],
         };
-        names.extend([(NameRank::Near, format!("{function}.{name}")), (NameRank::Bare, name.to_owned())]);
+        names.extend([
+            RankedName { rank: NameRank::Near, name: format!("{function}.{name}") },
+            RankedName { rank: NameRank::Bare, name: name.to_owned() },
+        ]);
         found.add_symbol(mem, addr, 0, names, pos, faults);
     }
 

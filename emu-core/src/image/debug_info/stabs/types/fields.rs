@@ -1,7 +1,7 @@
 //! Members of structs and unions, constants of enums.
 
 use super::{POINTER_BYTES, StabTypes, TypeNaming, TypeText, readable};
-use crate::image::debug_info::{BitRange, CType, StructMember, TypeId};
+use crate::image::debug_info::{BitRange, BitsInByte, CType, StructMember, TypeId};
 
 /// An enum: `IDLE:0,OPEN:3,;`.
 pub(super) fn read_enum(text: &mut TypeText<'_>, size: Option<u32>) -> Option<CType> {
@@ -83,7 +83,7 @@ impl StabTypes {
         text.expect(b',')?;
         let size = u32::try_from(text.number()?).ok()?;
         text.expect(b';')?;
-        let (offset, bits) = BitRange { first, size }.in_byte(0);
+        let BitsInByte { offset, bits } = BitRange { first, size }.in_byte(0);
         let bit_range = bits.filter(|_| self.is_bit_field(of, first, size));
         members.push(StructMember { name, offset, bit_range, member_type: of });
         Some(())
