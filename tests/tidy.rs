@@ -1,6 +1,8 @@
 //! Rules of the code base that the compiler does not check: dependencies between crates, length of files, no
 //! unsafe code, a list of unmodelled features in each chip crate, and error enums.
 
+#[path = "tidy/signatures.rs"]
+mod signatures;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

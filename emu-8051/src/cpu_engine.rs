@@ -12,7 +12,7 @@ use crate::predecode::BANKED;
 
 /// The core registers that an iteration of a polling loop must repeat.
 #[derive(PartialEq)]
-pub struct LoopState {
+pub struct Mcs51LoopState {
     acc: u32,
     b: u32,
     psw: u8,
@@ -21,7 +21,7 @@ pub struct LoopState {
 }
 
 impl CpuEngine for Mcs51 {
-    type CoreState = LoopState;
+    type CoreState = Mcs51LoopState;
 
     emu_core::engine_methods!();
 
@@ -56,7 +56,7 @@ impl CpuEngine for Mcs51 {
     }
     fn core_state(&self) -> Self::CoreState {
         let core = &self.core;
-        LoopState { acc: core.acc, b: core.b, psw: core.psw(), dptr: core.dptr, other_dptr: core.other_dptr }
+        Mcs51LoopState { acc: core.acc, b: core.b, psw: core.psw(), dptr: core.dptr, other_dptr: core.other_dptr }
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {

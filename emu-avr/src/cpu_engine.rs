@@ -12,13 +12,13 @@ use crate::soc::CoreRequest;
 
 /// The core registers that an iteration of a polling loop must repeat.
 #[derive(PartialEq)]
-pub struct LoopState {
+pub struct AvrLoopState {
     registers: [u8; 32],
     flags: SregFlags,
 }
 
 impl CpuEngine for Avr {
-    type CoreState = LoopState;
+    type CoreState = AvrLoopState;
 
     emu_core::engine_methods!();
 
@@ -86,7 +86,7 @@ impl CpuEngine for Avr {
         self.data.bytes[usize::from(number)] = value;
     }
     fn core_state(&self) -> Self::CoreState {
-        LoopState { registers: std::array::from_fn(|r| self.data.bytes[r]), flags: self.core.flags }
+        AvrLoopState { registers: std::array::from_fn(|r| self.data.bytes[r]), flags: self.core.flags }
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {

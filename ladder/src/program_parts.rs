@@ -52,7 +52,8 @@ pub struct SourceStyle {
     pub header: Option<String>,
     /// True if each rung has its number, from 1, after `RUNG`.
     pub rung_numbers: bool,
-    /// True if the lines of the file end with CR LF, as LDmicro writes them; [`crate::write_bytes`] does so too.
+    /// True if the lines of the file end with CR LF, as LDmicro writes them; [`crate::write_bytes`] does so
+    /// too.
     pub crlf: bool,
 }
 

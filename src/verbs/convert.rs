@@ -46,9 +46,6 @@ pub fn convert(args: &ConvertArgs, style: &MessageStyle) -> Result<u8, VerbFailu
     let (read, mut notes) = input::parse_program(file, input::read_bytes(file)?, args.program.read.options(), true)?;
     // Warnings about the program are those of the other verbs; here they would hide the notes.
     notes.retain(|note| note.severity == Severity::Warning);
-    if !matches!(to, Notation::Ldmicro | Notation::InstructionList) {
-        return Err(VerbFailure::Usage("this notation is read, but not written; give --to il or --to ld".to_owned()));
-    }
     match converted(&read.program, to) {
         Ok((text, more)) => {
             notes.extend(more);
@@ -73,11 +70,12 @@ fn converted(program: &LadderProgram, to: Notation) -> Result<(String, Vec<Diagn
             Ok((ladder::write(&converted.program), converted.notes))
         }
         // The notation stays: the canonical text.
-        Notation::InstructionList
-        | Notation::Ldmicro
-        | Notation::PlcOpen
-        | Notation::OpenPlc
-        | Notation::Rockwell
-        | Notation::Grid => Ok((ladder::write(program), Vec::new())),
+        Notation::InstructionList | Notation::Ldmicro => Ok((ladder::write(program), Vec::new())),
+        Notation::PlcOpen | Notation::OpenPlc | Notation::Rockwell | Notation::Grid => {
+            let cause = "programs are not written in this notation";
+            let pos = diag::Pos::new(1, 1, 1);
+            let code = ladder::convert::NOT_CONVERTED;
+            Err(vec![Diagnostic::new(Severity::Error, code, &program.file, pos, cause, "choose il or ld")])
+        }
     }
 }

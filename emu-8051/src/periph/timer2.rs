@@ -24,9 +24,8 @@
 
 use super::map::{pin, sfr};
 use super::ticks::Ticks;
-use super::timer::{InputPin, overflows_in};
+use super::timer::{InputPin, OverflowCounts, overflows_in};
 use super::{Device, Mcs51Outbox, Mcs51Signal};
-use crate::periph::timer::OverflowCounts;
 use emu_core::NEVER;
 use emu_core::pins::{CycleTime, PinId};
 use emu_core::state;

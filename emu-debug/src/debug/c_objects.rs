@@ -22,8 +22,7 @@ use super::expression_value::ExpressionValue;
 /// The base of an object.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum ObjectBase {
-    /// A variable: the code where it is in scope (everywhere if empty), and the level of the first frame to
-    /// search.
+    /// A variable: where it is in scope (everywhere if empty), and the level of the first frame to search.
     Variable { variable: Arc<VariableInfo>, known: Vec<Range<u32>>, level: usize },
     /// Memory at an address.
     At(Box<DebugExpression>),
@@ -124,8 +123,7 @@ impl ObjectExpr {
         self
     }
 
-    /// Returns true if the compiler has optimized away all bytes of it, or something that it is computed
-    /// from.
+    /// Returns true if the compiler has optimized away all its bytes, or something from which it is computed.
     pub(super) fn is_optimized_out(&self, machine: &dyn DynMachine) -> bool {
         let cells = self.byte_locations(machine);
         !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway)

@@ -4,7 +4,6 @@
 //! (`.debug_frame`) holds between the prologue and the epilogue. If there is none, or if it does not lead to
 //! a call, the stack is searched for the return address, and the prologue shows what was pushed below it.
 
-use crate::debug::InstructionFlow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -15,7 +14,7 @@ use emu_core::image::{
 
 use super::c_objects::ObjectExpr;
 use super::c_type_queries::CTypeRef;
-use super::call_flow::{CallFlow, call_flow};
+use super::call_flow::{CallInstruction, call_before};
 use super::dyn_machine::DynMachine;
 use super::expression::DebugExpression;
 use super::session;
@@ -478,32 +477,4 @@ impl CallStack {
         }
         found
     }
-}
-
-/// A call in a program.
-#[derive(Debug, Clone, Copy)]
-struct CallInstruction {
-    /// The program word of the call.
-    at: u32,
-    /// Its destination, if the instruction contains it.
-    goal: Option<u32>,
-}
-
-/// Returns the call directly before a program word, and its destination, if the instruction contains it.
-fn call_before(machine: &dyn DynMachine, word: u32) -> Option<CallInstruction> {
-    const LONGEST: u32 = 3;
-    let chip = machine.chip();
-    if word >= chip.flash_bytes / chip.word_bytes.max(1) {
-        return None;
-    }
-    let read = |word| session::program_word_at(machine, word);
-    (1..=LONGEST).find_map(|len| {
-        let at = word.checked_sub(len)?;
-        if call_flow(chip, read, at) != (InstructionFlow { flow: CallFlow::Call, words: len }) {
-            return None;
-        }
-        let line = (chip.isa.disassemble)(&[read(at), read(at + 1), read(at + 2)], at);
-        let goal = line.operands.iter().find(|operand| operand.kind == "target").map(|operand| operand.value);
-        Some(CallInstruction { at, goal: goal.and_then(|goal| u32::try_from(goal).ok()) })
-    })
 }

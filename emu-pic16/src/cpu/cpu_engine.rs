@@ -13,7 +13,7 @@ use crate::soc::CoreRequest;
 
 /// The core registers that an iteration of a polling loop must repeat.
 #[derive(PartialEq)]
-pub struct LoopState {
+pub struct Pic16LoopState {
     w: u32,
     status: u8,
     indirect_address: u32,
@@ -21,7 +21,7 @@ pub struct LoopState {
 }
 
 impl CpuEngine for Pic16 {
-    type CoreState = LoopState;
+    type CoreState = Pic16LoopState;
 
     emu_core::engine_methods!();
 
@@ -83,7 +83,12 @@ impl CpuEngine for Pic16 {
     }
     fn core_state(&self) -> Self::CoreState {
         let core = &self.core;
-        LoopState { w: core.w, status: core.status(), indirect_address: core.indirect_address, pclath: core.pclath }
+        Pic16LoopState {
+            w: core.w,
+            status: core.status(),
+            indirect_address: core.indirect_address,
+            pclath: core.pclath,
+        }
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), ProgramError> {

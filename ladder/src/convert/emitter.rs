@@ -56,6 +56,7 @@ pub(super) struct IlEmitter<'a> {
 }
 
 impl<'a> IlEmitter<'a> {
+    /// Returns an emitter without instructions.
     pub(super) fn new(source: &'a LadderProgram, facts: &'a SourceFacts<'a>, names: NameTable) -> Self {
         IlEmitter {
             source,
@@ -114,6 +115,7 @@ impl<'a> IlEmitter<'a> {
         self.names.add("L")
     }
 
+    /// JMP, JMPC or JMPCN.
     pub(super) fn jump(&mut self, condition: IlCondition, label: &str) {
         let label = IlName { text: label.to_owned(), pos: self.pos };
         self.emit(IlOperation::Jump { condition, label });
@@ -152,14 +154,17 @@ impl<'a> IlEmitter<'a> {
         self.variable(&self.names.name(name), None)
     }
 
+    /// Returns a literal as an operand.
     pub(super) fn literal(&self, value: IlValue, prefix: Option<IecType>) -> IlOperand {
         IlOperand { kind: IlOperandKind::Literal(IlLiteral { prefix, value }), pos: self.pos }
     }
 
+    /// Returns TRUE or FALSE as an operand.
     pub(super) fn bool_literal(&self, value: bool) -> IlOperand {
         self.literal(IlValue::Bool(value), None)
     }
 
+    /// Returns a number of a type, wrapped to its range, as an operand.
     pub(super) fn number(&self, value: i64, iec_type: &IecType) -> IlOperand {
         let value = IlValue::Integer { value: iec_type.wrap(value), base: 10 };
         self.literal(value, Some(iec_type.clone()))
@@ -177,18 +182,21 @@ impl<'a> IlEmitter<'a> {
         self.bit = RungBit::Loaded;
     }
 
+    /// LDN of a relay; then the rung bit is loaded.
     pub(super) fn load_not(&mut self, name: &str) {
         let operand = self.variable(name, None);
         self.load(operand, true);
         self.bit = RungBit::Loaded;
     }
 
+    /// LD or LDN of the output Q of an instance; then the rung bit is loaded.
     pub(super) fn load_output(&mut self, instance: &str, negated: bool) {
         let operand = self.variable(instance, Some("Q"));
         self.load(operand, negated);
         self.bit = RungBit::Loaded;
     }
 
+    /// An operator with an operand.
     pub(super) fn binary(&mut self, operator: IlBinaryOperator, negated: bool, operand: IlOperand) {
         self.emit(IlOperation::Binary { operator, negated, operand: IlBinaryOperand::Value(operand) });
     }
@@ -204,6 +212,7 @@ impl<'a> IlEmitter<'a> {
         self.emit(IlOperation::Binary { operator, negated: false, operand: IlBinaryOperand::Deferred(None) });
     }
 
+    /// ST.
     pub(super) fn store(&mut self, name: &str) {
         let target = self.variable(name, None);
         self.emit(IlOperation::Store { negated: false, target });

@@ -29,6 +29,7 @@ pub(super) struct SourceFacts<'a> {
 }
 
 impl<'a> SourceFacts<'a> {
+    /// Collects the facts of a program.
     pub(super) fn new(program: &'a LadderProgram) -> SourceFacts<'a> {
         let mut facts = SourceFacts {
             program,
@@ -89,6 +90,7 @@ impl<'a> SourceFacts<'a> {
         }
     }
 
+    /// Returns true if the dialect is that of LDmicro 5.
     pub(super) fn is_ldmicro5(&self) -> bool {
         self.program.dialect == LadderDialect::Ldmicro5
     }

@@ -5,7 +5,8 @@
 //!
 //! ```
 //! let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
-//! let text = format!("{head}RUNG\n    CONTACTS Xstart 0\n    TON Tdelay 30000\n    COIL Ylamp 0 0 0\nEND\n");
+//! let rung = "RUNG\n    CONTACTS Xstart 0\n    TON Tdelay 30000\n    COIL Ylamp 0 0 0\nEND\n";
+//! let text = format!("{head}{rung}");
 //! let program = ladder::parse("lamp.ld", &text).expect("a sound program").program;
 //! let converted = ladder::convert::to_instruction_list(&program).expect("elements of IL");
 //! // LDmicro's TON counts the scan of the rising edge: 3 scans are 20 ms after it.

@@ -18,6 +18,7 @@ pub(super) struct NameTable {
 }
 
 impl NameTable {
+    /// Chooses a name of Instruction List for every symbol of a program.
     pub(super) fn new(program: &LadderProgram, facts: &SourceFacts<'_>) -> NameTable {
         let mut table = NameTable { names: BTreeMap::new(), taken: BTreeSet::new(), numbers: BTreeMap::new() };
         let symbols = facts.symbols();

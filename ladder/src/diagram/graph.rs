@@ -88,7 +88,9 @@ pub(crate) struct PowerOutput {
 /// A drawing.
 #[derive(Debug)]
 pub(crate) struct PowerGraph {
+    /// The places that power comes to, by number.
     pub(super) nodes: Vec<PowerNode>,
+    /// What the power acts on.
     pub(super) outputs: Vec<PowerOutput>,
 }
 

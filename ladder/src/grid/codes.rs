@@ -23,7 +23,7 @@ diag::codes! {
     GRID_NO_OUTPUT "GR009" "a grid without an output"
         "A note: the grid does nothing, and CSLadder leaves it out of the program.";
     GRID_OPEN "GR010" "a grid is not closed"
-        "Each GRID has an END.";
+        "Each GRID ends with a line END. The file ends, or another GRID begins, before it.";
 
     GRID_RES "GR101" "RES of a timer or counter that no grid uses"
         "The first check of CSLadder: RES needs a TON or CTU of its name as an output of some grid.";

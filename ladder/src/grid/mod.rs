@@ -4,7 +4,8 @@
 //! ```
 //! let text = "CSLADDER\nGRID\n  EN0 + /EN1 - OTE:S11\n  S11 +\nEND\n";
 //! let grids = ladder::grid::read("relay.grid", text).expect("sound grids");
-//! assert_eq!(ladder::grid::paths_text(&grids), "grid 1\n  (EN0 AND /EN1)\n  OR (S11 AND /EN1)\n  OTE S11\n");
+//! let paths = "grid 1\n  (EN0 AND /EN1)\n  OR (S11 AND /EN1)\n  OTE S11\n";
+//! assert_eq!(ladder::grid::paths_text(&grids), paths);
 //! assert_eq!(ladder::grid::write(&grids), text);
 //! let program = ladder::grid::to_instruction_list(&grids);
 //! assert!(ladder::il::write(&program).contains("ST S11"));

@@ -155,7 +155,7 @@ impl GridReader<'_> {
     }
 
     fn cell(&mut self, column: usize, word: Word<'_>) -> GridCell {
-        let is_odd = column % 2 == 0;
+        let is_odd = column.is_multiple_of(2);
         let mut symbols = word.text.chars();
         let link = symbols.next().and_then(LinkShape::from_symbol).filter(|_| symbols.next().is_none());
         match (word.text, link) {

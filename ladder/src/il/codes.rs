@@ -70,7 +70,7 @@ diag::codes! {
     IL_NO_TARGET "IL038" "S or R without an operand"
         "A warning: the grammar of IEC 61131-3 (annex B.2.1) allows S and R alone, but they name nothing to set or reset, so the line does nothing. Fix: add the variable, or delete the line.";
     IL_NO_INSTRUCTION "IL039" "a program without instructions"
-        "The file has only declarations, comments or nothing, so there is nothing to run. Fix: give a file with instructions.";
+        "A warning: the file has only declarations, comments or nothing, so there is nothing to run. Fix: give a file with instructions.";
 
     IL_UNDECLARED "IL101" "a name is not declared"
         "If a program declares variables, it must declare every name that it uses. A program without declarations (as in reference 001) may use any name.";

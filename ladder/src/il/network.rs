@@ -1,5 +1,5 @@
-//! A network as ladder diagram: contacts and branches, then coils, blocks and jumps. [`instructions_of`] gives
-//! its instructions, and [`super::ladder_of`] finds the ladder diagram in instructions.
+//! A network as ladder diagram: contacts and branches, then coils, blocks and jumps. [`instructions_of`]
+//! gives its instructions, and [`super::ladder_of`] finds the ladder diagram in instructions.
 
 use diag::Pos;
 

@@ -49,7 +49,8 @@ pub fn to_ladder(program: &IlProgram, settings: ProgramSettings) -> Result<Resol
     let rungs = resolver.rungs();
     if program.instructions.iter().all(|line| line.label.is_none() && line.operation.is_none()) {
         let hint = "write instructions such as LD a and ST b";
-        resolver.error(codes::IL_NO_INSTRUCTION, Pos::new(1, 1, 1), "the program has no instruction", hint);
+        let cause = "the program has no instruction, so it does nothing";
+        resolver.report(Severity::Warning, codes::IL_NO_INSTRUCTION, Pos::new(1, 1, 1), cause, hint);
     }
     resolver.note_declarations();
     diagnostics.append(&mut resolver.diagnostics);

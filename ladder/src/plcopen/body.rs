@@ -67,6 +67,7 @@ pub(super) enum Signal {
     Value(IlOperand, Option<usize>),
 }
 
+/// Reads a body in ladder diagram as a power graph.
 pub(super) struct BodyReader<'a> {
     pub file: &'a str,
     pub variables: &'a [IlVariable],

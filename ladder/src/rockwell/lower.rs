@@ -14,6 +14,7 @@ use super::text::{NeutralItem, NeutralOperand, NeutralRung};
 /// Whether the rest of a rung uses the power behind a part.
 pub(super) type IsUsed = bool;
 
+/// Makes instructions of the rungs of neutral text.
 pub(super) struct RungLowering<'a> {
     pub file: &'a str,
     pub tags: &'a mut Tags,

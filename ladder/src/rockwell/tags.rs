@@ -134,14 +134,17 @@ impl Tags {
     }
 }
 
+/// Returns the operand that names a variable.
 pub(super) fn variable(name: &str, pos: Pos) -> IlOperand {
     IlOperand { kind: IlOperandKind::Variable { name: name.to_owned(), member: None }, pos }
 }
 
+/// Returns the operand that names an input or output of an instance.
 pub(super) fn member(name: &str, part: &str, pos: Pos) -> IlOperand {
     IlOperand { kind: IlOperandKind::Variable { name: name.to_owned(), member: Some(part.to_owned()) }, pos }
 }
 
+/// Returns the operand of a decimal number without a type.
 pub(super) fn number(value: i64, pos: Pos) -> IlOperand {
     let literal = IlLiteral { prefix: None, value: IlValue::Integer { value, base: 10 } };
     IlOperand { kind: IlOperandKind::Literal(literal), pos }

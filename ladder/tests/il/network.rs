@@ -1,5 +1,5 @@
-//! Networks as ladder diagram: random ones survive the way through instructions, and the lines that no diagram
-//! has are named.
+//! Networks as ladder diagram: random ones survive the way through instructions, and the lines that no
+//! diagram has are named.
 
 use diag::Pos;
 use ladder::il::{

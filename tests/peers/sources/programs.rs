@@ -143,8 +143,8 @@ fn programs_agree_as_sketches() {
     each(&random(5), SourceRoute::Arduino, "atmega328p", 100);
 }
 
-/// Each peripheral behind a compare that never holds: its calls are gone from the sketch, and gcc has no warning for
-/// the functions that are left.
+/// Each peripheral behind a compare that never holds: its calls are gone from the sketch, and gcc has no
+/// warning for the functions that are left.
 #[test]
 #[ignore = "needs avr-g++ and the core of the Arduino: .ci/peers installs them"]
 fn peripherals_that_are_never_used_agree_as_sketches() {
