@@ -120,8 +120,13 @@ pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<Pa
             resolve(&program, Vec::new(), options.cycle_us.unwrap_or(IL_CYCLE_US), text::encoding(&plain))
         }
         FoundNotation::Read(Notation::Grid) => {
-            let program = grid::to_instruction_list(&grid::read(file, &decoded)?);
-            resolve(&program, Vec::new(), options.cycle_us.unwrap_or(IL_CYCLE_US), text::encoding(&plain))
+            let read = grid::read(file, &decoded)?;
+            resolve(
+                &grid::to_instruction_list(&read.program),
+                read.notes,
+                options.cycle_us.unwrap_or(IL_CYCLE_US),
+                text::encoding(&plain),
+            )
         }
         FoundNotation::Refused(name, hint) => {
             let cause = format!("this is {name}, which is not read");

@@ -45,7 +45,7 @@ fn draw_paths(args: &DrawArgs) -> Result<u8, VerbFailure> {
         return Err(VerbFailure::Usage(format!("{file} has no grids of CSLadder, and --paths lists their paths")));
     }
     match ladder::grid::read(file, &text) {
-        Ok(grids) => output::print(ladder::grid::paths_text(&grids)).map(|()| exit::OK),
+        Ok(read) => output::print(ladder::grid::paths_text(&read.program)).map(|()| exit::OK),
         Err(faults) => Err(VerbFailure::Refused(faults, FileTexts::one(file, bytes))),
     }
 }

@@ -27,10 +27,16 @@ pub(crate) fn ld(data: &[u8]) {
 /// Reads grids; written and read again, they must give the same text and paths. Converts them to LDmicro.
 pub(crate) fn grid(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
-    let Ok(grids) = ladder::grid::read("fuzz.grid", &text) else { return };
+    let Ok(ladder::grid::ParsedGridProgram { program: grids, .. }) = ladder::grid::read("fuzz.grid", &text) else {
+        return;
+    };
     let written = ladder::grid::write(&grids);
     let again = ladder::grid::read("fuzz.grid", &written).ok();
-    assert_eq!(again.as_ref().map(ladder::grid::write).as_ref(), Some(&written), "it comes back as it was written");
+    assert_eq!(
+        again.map(|again| ladder::grid::write(&again.program)).as_ref(),
+        Some(&written),
+        "it comes back as it was written"
+    );
     let settings = ladder::il::il_settings(ladder::IL_CYCLE_US);
     let resolved = ladder::il::to_ladder(&ladder::grid::to_instruction_list(&grids), settings);
     let program = resolved.expect("sound grids are sound instructions").program;

@@ -24,11 +24,20 @@ struct GridReader<'a> {
     diagnostics: Vec<Diagnostic>,
 }
 
+/// Grids that were read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ParsedGridProgram {
+    /// The grids.
+    pub program: GridProgram,
+    /// Notes of the checks.
+    pub notes: Vec<Diagnostic>,
+}
+
 /// Reads the grids of a program and makes CSLadder's checks.
 ///
 /// # Errors
 /// All errors, at most 100, in order of their positions. The number of errors of the four checks is a note.
-pub fn read(file: &str, text: &str) -> Result<GridProgram, Vec<Diagnostic>> {
+pub fn read(file: &str, text: &str) -> Result<ParsedGridProgram, Vec<Diagnostic>> {
     let program = GridProgram { file: file.to_owned(), ..GridProgram::default() };
     let mut reader =
         GridReader { file, program, grid: None, comments: Vec::new(), has_head: false, diagnostics: Vec::new() };
@@ -52,7 +61,10 @@ pub fn read(file: &str, text: &str) -> Result<GridProgram, Vec<Diagnostic>> {
     if reader.diagnostics.is_empty() {
         reader.diagnostics = check(&reader.program);
     }
-    if reader.diagnostics.iter().any(Diagnostic::is_error) { Err(reader.diagnostics) } else { Ok(reader.program) }
+    match reader.diagnostics.iter().any(Diagnostic::is_error) {
+        true => Err(reader.diagnostics),
+        false => Ok(ParsedGridProgram { program: reader.program, notes: reader.diagnostics }),
+    }
 }
 
 /// A word of a line and its position.

@@ -1,6 +1,6 @@
 //! Grids of CSLadder: errors, paths, identity of what is written, damaged text.
 
-use ladder::grid::{self, paths_text, read, write};
+use ladder::grid::{self, ParsedGridProgram, paths_text, read, write};
 use proptest::prelude::*;
 
 fn examples() -> Vec<(String, String)> {
@@ -54,11 +54,35 @@ fn errors_of_the_four_checks_are_counted() {
     assert!(faults.last().is_some_and(|note| note.cause.contains("find 3 errors")), "{faults:?}");
 }
 
+/// A grid without an output is no error, but its reader says so.
+#[test]
+fn a_grid_without_output_gets_a_note() {
+    let text = "CSLADDER\nGRID\nEN0 - OTE:S8\nEND\nGRID\nEN1 - .\nEND\n";
+    let notes = read("test.grid", text).unwrap_or_else(|faults| panic!("{faults:?}")).notes;
+    let notes: Vec<String> = notes.iter().map(|note| format!("{} {}", note.code, note.pos.line)).collect();
+    assert_eq!(notes, ["GR009 5"]);
+    let read = ladder::read_program("test.grid", text.as_bytes(), ladder::ReadOptions::default());
+    let warnings = read.unwrap_or_else(|faults| panic!("{faults:?}")).warnings;
+    assert!(warnings.iter().any(|note| note.code == "GR009"), "{warnings:?}");
+}
+
+/// The width of a grid whose last column is empty comes back.
+#[test]
+fn an_empty_last_column_is_written() {
+    for rows in ["EN0 - .", "EN0 - . - .", ". - EN0 - .", "EN0 - .\n. - ."] {
+        let text = format!("CSLADDER\nGRID\n{rows}\nEND\n");
+        let grids = read("test.grid", &text).unwrap_or_else(|faults| panic!("{faults:?}")).program;
+        let again = read("test.grid", &write(&grids)).unwrap_or_else(|faults| panic!("{rows}: {faults:?}")).program;
+        let widths = |grids: &grid::GridProgram| grids.grids[0].rows.iter().map(Vec::len).collect::<Vec<_>>();
+        assert_eq!(widths(&again), widths(&grids), "{rows}");
+    }
+}
+
 /// Table 4: the paths of the grid of figure 37.
 #[test]
 fn paths_are_an_or_of_ands() {
     let text = "CSLADDER\nGRID\n  EN0 - F1 - --- - --- + OTL:S8\n  EN2 + /EN3 - --- - --- +\n  EN4 +\n  S8 +\nEND\nGRID\n  EN5 - OTE:F1\nEND\n";
-    let grids = read("test.grid", text).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let grids = read("test.grid", text).unwrap_or_else(|faults| panic!("{faults:?}")).program;
     let first = "grid 1\n  (EN0 AND F1)\n  OR (EN2 AND /EN3)\n  OR (EN4 AND /EN3)\n  OR (S8 AND /EN3)\n  OTL S8\n";
     assert!(paths_text(&grids).starts_with(first), "{}", paths_text(&grids));
 }
@@ -67,7 +91,7 @@ fn paths_are_an_or_of_ands() {
 #[test]
 fn larger_grids_have_several_outputs() {
     let text = "CSLADDER\nGRID\n  EN0 ┬ EN1 ─ OTE:S8\n  EN2 ┘ .   . .\n  EN3 - --- - OTE:S9\nEND\n";
-    let grids = read("test.grid", text).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let grids = read("test.grid", text).unwrap_or_else(|faults| panic!("{faults:?}")).program;
     let paths = "grid 1\n  (EN0 AND EN1)\n  OR (EN2 AND EN1)\n  OTE S8\n  (EN3)\n  OTE S9\n";
     assert_eq!(paths_text(&grids), paths);
 }
@@ -75,7 +99,7 @@ fn larger_grids_have_several_outputs() {
 #[test]
 fn active_low_inputs_are_read_as_their_complement() {
     let text = "CSLADDER\nINPUTS ACTIVE-LOW\nGRID\n  EN0 - /EN1 - OTE:S8\nEND\n";
-    let grids = read("test.grid", text).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let grids = read("test.grid", text).unwrap_or_else(|faults| panic!("{faults:?}")).program;
     let instructions = ladder::il::write(&grid::to_instruction_list(&grids));
     assert!(instructions.contains("LDN EN0\n    AND EN1\n"), "{instructions}");
     assert_eq!(write(&grids), text);
@@ -95,9 +119,9 @@ fn what_is_written_is_read_back() {
     let examples = examples();
     assert!(examples.len() >= 5);
     for (name, text) in examples {
-        let grids = read(&name, &text).unwrap_or_else(|faults| panic!("{faults:?}"));
+        let grids = read(&name, &text).unwrap_or_else(|faults| panic!("{faults:?}")).program;
         let written = write(&grids);
-        let again = read(&name, &written).unwrap_or_else(|faults| panic!("{faults:?}"));
+        let again = read(&name, &written).unwrap_or_else(|faults| panic!("{faults:?}")).program;
         assert_eq!(write(&again), written, "{name}");
         assert_eq!(paths_text(&again), paths_text(&grids), "{name}");
         // Instructions are the same when they are read as text.
@@ -114,9 +138,9 @@ proptest! {
     fn random_grids_are_read_or_refused(cells in proptest::collection::vec(
         proptest::sample::select(vec!["EN0", "/EN1", "S8", "---", "-", "+", "|", "┬", "└", ".", "OTE:S8", "TON:T0:1.5", "RES:T0", "\n", "\nEND\nGRID\n"]), 0..60)) {
         let text = format!("CSLADDER\nGRID\n{}\nEND\n", cells.join(" "));
-        if let Ok(grids) = read("random.grid", &text) {
+        if let Ok(ParsedGridProgram { program: grids, .. }) = read("random.grid", &text) {
             let written = write(&grids);
-            let again = read("random.grid", &written).expect("it comes back");
+            let again = read("random.grid", &written).expect("it comes back").program;
             prop_assert_eq!(write(&again), written);
             prop_assert_eq!(paths_text(&again), paths_text(&grids));
         }
