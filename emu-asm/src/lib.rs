@@ -176,8 +176,7 @@ fn image_of(asm: &mut Assembler<'_>) -> Image {
             Some(SymbolAt::new(to_display_text(name).into_owned(), space, addr, 0))
         })
         .collect();
-    let memory =
-        |space: &str| asm.chip.spaces.iter().position(|ChipSpace { name, .. }| *name == space).unwrap_or(usize::MAX);
+    let memory = |name: &str| asm.chip.spaces.iter().position(|space| space.name == name).unwrap_or(usize::MAX);
     symbols.sort_by(|a, b| (memory(a.space), a.addr, &a.name).cmp(&(memory(b.space), b.addr, &b.name)));
     Image {
         segments: std::mem::take(&mut asm.out.segments),

@@ -79,7 +79,7 @@ fn table_of_chips() -> String {
         let serial =
             [(unit_index::SPI, "SPI"), (unit_index::TWI, "TWI")].iter().filter(|row| has(row.0)).map(|row| row.1);
         let ints = part.peripheral_pins.iter().filter(|row| matches!(row.1, AvrLine::Int(_))).count();
-        let fuse_bytes = chip.spaces.iter().find(|space| space.name == "fuse").map_or(0, |space| space.size as usize);
+        let fuse_bytes = chip.space("fuse").map_or(0, |space| space.size as usize);
         let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ");
         table += &format!(
             "| {} | {} | {:X}h | {} | {} | {} | {} | {} | {} | {} | {ints} | {} | {} | {} | {} |\n",

@@ -236,7 +236,7 @@ fn check_vectors(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
 fn check_sizes(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     let chip = part.chip;
     let [a, b, c] = part.signature.map(u32::from);
-    let fuses = chip.spaces.iter().find(|space| space.name == "fuse").map_or(0, |space| space.size);
+    let fuses = chip.space("fuse").map_or(0, |space| space.size);
     let sizes = [
         ("RAMSTART", u32::from(chip.ram_start)),
         ("RAMEND", u32::from(chip.ram_start + chip.ram_len - 1)),

@@ -251,19 +251,22 @@ impl Chip {
         self.bits.iter().find(|r| r.name.eq_ignore_ascii_case(name)).map(|r| r.addr)
     }
 
+    /// The memory `name`; case counts.
+    #[must_use]
+    pub fn space(&self, name: &str) -> Option<&'static ChipSpace> {
+        self.spaces.iter().find(|space| space.name == name)
+    }
+
     /// Position of a memory in [`Chip::spaces`]; [`crate::cpu::Probe::on_data_access`] names a memory by it.
     #[must_use]
     pub fn space_index(&self, name: &str) -> Option<u8> {
-        self.spaces.iter().position(|ChipSpace { name: space, .. }| *space == name).map(|i| i as u8)
+        self.spaces.iter().position(|space| space.name == name).map(|index| index as u8)
     }
 
     /// Bytes per address of a memory in [`Chip::spaces`]; 1 if there is no such memory.
     #[must_use]
     pub fn bytes_per_address(&self, name: &str) -> u32 {
-        self.spaces
-            .iter()
-            .find(|ChipSpace { name: space, .. }| *space == name)
-            .map_or(1, |&ChipSpace { width, .. }| width.max(1))
+        self.space(name).map_or(1, |space| space.width.max(1))
     }
 
     /// First address of a memory from which accesses are reported to [`crate::cpu::Probe::on_data_access`];

@@ -57,7 +57,7 @@ impl GdbLayout {
         let places = if machine.return_stack().is_empty() { 0 } else { PIC16_STACK_LEVELS };
         let registers = core.chain((0..places).map(|place| (GdbRegister::Stack(place), 4))).collect();
         let memories = chip.family_traits().gdb_memories.iter().filter_map(|&(name, base)| {
-            let &ChipSpace { name: space, size, width } = chip.spaces.iter().find(|space| space.name == name)?;
+            let &ChipSpace { name: space, size, width } = chip.space(name)?;
             Some(GdbMemory { space, base, len: size.saturating_mul(width), width })
         });
         GdbLayout { chip, registers, memories: memories.collect() }

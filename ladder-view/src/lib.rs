@@ -333,7 +333,7 @@ impl LadderView {
 /// Converts a place of the map for the debugger; `None` if the chip has no such memory. `signed` says whether
 /// a number there has a sign.
 fn debugger_place(chip: &'static Chip, kept: &Kept, signed: bool) -> Option<ExpressionPlace> {
-    let memory = |name: &str| chip.spaces.iter().find(|space| space.name == name).map(|space| space.name);
+    let memory = |name: &str| chip.space(name).map(|space| space.name);
     Some(match kept {
         Kept::Bit { space, addr, bit } => ExpressionPlace::Bit { space: memory(space)?, addr: *addr, bit: *bit },
         Kept::Word { space, addr, bytes } => {

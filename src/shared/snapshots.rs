@@ -64,7 +64,7 @@ fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<Strin
     image.fill("fuse", &mut fuses);
     let mut locked = [0xFF];
     image.fill("lock", &mut locked);
-    let has = chip.spaces.iter().find(|space| space.name == "fuse").map_or(0, |space| space.size as usize);
+    let has = chip.space("fuse").map_or(0, |space| space.size as usize);
     let bytes = ["low", "high", "extended"].into_iter().zip(given_fuses.unwrap_or(fuses)).take(has);
     let bytes: Vec<String> = bytes.map(|(name, value)| format!("{name}=0x{value:02X}")).collect();
     let mut flags =

@@ -146,7 +146,7 @@ fn fuses(part: &'static AvrPart) -> impl Iterator<Item = NamedConstant> {
 
 /// Number of fuse bytes of the chip.
 fn fuse_bytes(part: &AvrPart) -> usize {
-    part.chip.spaces.iter().find(|space| space.name == "fuse").map_or(0, |space| space.size as usize)
+    part.chip.space("fuse").map_or(0, |space| space.size as usize)
 }
 
 /// Sizes and limits of memories, and the signature.

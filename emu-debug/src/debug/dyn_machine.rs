@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::chip::{Chip, ChipSpace};
+use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, LAST_CYCLE, Probe, ResetCause, StopReason};
 use emu_core::pins::{PinId, PinLevel};
 use emu_core::state::SnapshotDamaged;
@@ -230,8 +230,8 @@ impl<C: Cpu + 'static> DynMachine for MachineWithDevices<C> {
 
     fn size_in_bytes(&self) -> usize {
         let chip = self.cpu.chip();
-        let data = chip.spaces.iter().filter(|ChipSpace { name, .. }| *name != chip.code_space);
-        let bytes: usize = data.map(|ChipSpace { size, width, .. }| *size as usize * *width as usize).sum();
+        let data = chip.spaces.iter().filter(|space| space.name != chip.code_space);
+        let bytes: usize = data.map(|space| space.size as usize * space.width as usize).sum();
         std::mem::size_of::<C>() + bytes
     }
 }

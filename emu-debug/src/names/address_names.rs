@@ -52,7 +52,7 @@ impl AddressNames<'_> {
     /// # Errors
     /// No such memory, no address, an empty range, or one beyond the memory.
     pub fn parse_range(&self, text: &str) -> Result<AddressRange, InputError> {
-        let spaces = || self.chip.spaces.iter().map(|ChipSpace { name, .. }| *name).collect::<Vec<_>>().join(", ");
+        let spaces = || self.chip.spaces.iter().map(|space| space.name).collect::<Vec<_>>().join(", ");
         let (space, addresses) = match split_memory(text) {
             Some(MemoryAddress { memory, address }) => (memory, address),
             None => match self.spaces_of_name(text).as_slice() {
@@ -72,9 +72,7 @@ impl AddressNames<'_> {
                 }
             },
         };
-        let Some(&ChipSpace { name: space, size, width }) =
-            self.chip.spaces.iter().find(|ChipSpace { name, .. }| *name == space.trim())
-        else {
+        let Some(&ChipSpace { name: space, size, width }) = self.chip.space(space.trim()) else {
             return Err(InputError::UnknownMemory {
                 chip: self.chip.name,
                 space: space.to_owned(),
@@ -133,7 +131,7 @@ impl AddressNames<'_> {
             }
             Some(_) => Ok(()),
             None => {
-                let all = self.chip.spaces.iter().map(|ChipSpace { name, .. }| *name);
+                let all = self.chip.spaces.iter().map(|space| space.name);
                 let list: Vec<&str> = all.filter(|name| self.chip.observable_from(name).is_some()).collect();
                 Err(InputError::MemoryNotWatched { watched: list.join(", "), space })
             }
@@ -171,7 +169,7 @@ impl AddressNames<'_> {
         let has_symbol = |space: &str| self.symbols.iter().any(|s| s.space == space && has_name(s));
         let has_shortened =
             |space: &str| [whole, name].iter().any(|name| !self.shortened_matches(space, name).is_empty());
-        let spaces = self.chip.spaces.iter().map(|ChipSpace { name: space, .. }| *space);
+        let spaces = self.chip.spaces.iter().map(|space| space.name);
         let found: Vec<&str> = spaces.clone().filter(|space| has_symbol(space)).collect();
         let register = || self.register(name).map(|_| self.chip.reg_space);
         let bit = || self.chip.bit(name).map(|_| BIT_SPACE).filter(|bit| spaces.clone().any(|space| space == *bit));
@@ -222,7 +220,7 @@ impl AddressNames<'_> {
     fn ap101_channel(&self, name: &str) -> Option<SpaceAddress> {
         let (letter, digits) = name.split_at_checked(1).filter(|_| self.chip.is_bit_controller())?;
         let &ChipSpace { name: space, size, .. } =
-            self.chip.spaces.iter().find(|ChipSpace { name: space, .. }| space.eq_ignore_ascii_case(letter))?;
+            self.chip.spaces.iter().find(|space| space.name.eq_ignore_ascii_case(letter))?;
         let plain = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
         let addr = digits.parse().ok().filter(|&addr: &u32| plain && addr < size)?;
         Some(SpaceAddress { space, addr })

@@ -3,7 +3,7 @@
 //! Source: "MCS 51 Microcontroller Family User's Manual" (272383-002), chapter 1, "Bit addressing": bits 00h
 //! to 7Fh are in the bytes 20h to 2Fh of RAM, bits 80h to FFh in the registers whose address ends in 0 or 8.
 
-use emu_core::chip::{Chip, ChipSpace};
+use emu_core::chip::Chip;
 
 use crate::names::address_names::AddressRange;
 
@@ -30,7 +30,7 @@ pub struct BitLocation {
 /// Returns the location of the bit `addr`; `None` if `chip` has no such bit.
 #[must_use]
 pub fn byte_of_bit(chip: &Chip, addr: u32) -> Option<BitLocation> {
-    let size = chip.spaces.iter().find(|ChipSpace { name, .. }| *name == BIT_SPACE)?.size;
+    let size = chip.space(BIT_SPACE)?.size;
     let (space, byte) = match addr {
         _ if addr >= size => return None,
         _ if addr < FIRST_SFR_BIT => (chip.ram_space, FIRST_BIT_ADDRESSABLE_BYTE + addr / 8),

@@ -1,7 +1,7 @@
 //! A probe of every instruction and access, for conditions on memory and for reads of RAM before it is
 //! written. It makes a run slower, so only runs that need it have it.
 
-use emu_core::chip::{Chip, ChipSpace};
+use emu_core::chip::Chip;
 use emu_core::cpu::{Probe, ProgramFault, Subcycle};
 use emu_core::pins::CycleTime;
 
@@ -148,8 +148,7 @@ impl AccessWatch {
 impl UnwrittenRam {
     /// Returns all RAM of `chip` that does not count as written.
     pub(crate) fn new(chip: &'static Chip, ram: &RamCheck<'_>) -> UnwrittenRam {
-        let size =
-            chip.spaces.iter().find(|ChipSpace { name, .. }| *name == chip.ram_space).map_or(0, |space| space.size);
+        let size = chip.space(chip.ram_space).map_or(0, |space| space.size);
         let filled =
             |addr| ram.initialized.iter().any(|r| r.space == chip.ram_space && (r.start..r.end).contains(&addr));
         UnwrittenRam {
@@ -203,7 +202,7 @@ impl Probe for AccessMonitor {
             .unwritten_ram
             .as_mut()
             .and_then(|unwritten_ram| unwritten_ram.note_access(self.chip, space, addr, write));
-        let space = self.chip.spaces.get(usize::from(space)).map_or("", |ChipSpace { name, .. }| name);
+        let space = self.chip.spaces.get(usize::from(space)).map_or("", |space| space.name);
         if unwritten_read.is_some() && self.unwritten_read.is_none() {
             self.unwritten_read = Some((self.pc, ProgramFault::UnwrittenRead { space, addr }));
         }

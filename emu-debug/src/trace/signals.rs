@@ -1,6 +1,6 @@
 //! Registers and memory as signals of a waveform.
 
-use emu_core::chip::{Chip, ChipFamily, ChipSpace};
+use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 
 use crate::names::bit_space;
@@ -74,8 +74,7 @@ impl TraceSignals {
     #[must_use]
     pub fn new<C: Cpu>(list: Vec<TraceSignal>, cpu: &C) -> TraceSignals {
         let chip = cpu.chip();
-        let size =
-            chip.spaces.iter().find(|ChipSpace { name, .. }| *name == chip.ram_space).map_or(0, |space| space.size);
+        let size = chip.space(chip.ram_space).map_or(0, |space| space.size);
         let mut canonical_addresses: Vec<u32> = Vec::new();
         let mut any_instruction = false;
         for signal in &list {

@@ -21,7 +21,7 @@ pub(crate) fn scenario(data: &[u8]) {
 }
 
 fn bind_scenario(scenario: &Scenario, chip: &'static Chip) {
-    let size = |space: &str| chip.spaces.iter().find(|row| row.name == space).map_or(0, |row| row.size * row.width);
+    let size = |space: &str| chip.space(space).map_or(0, |row| row.size * row.width);
     let mut site = ChipResolver {
         names: AddressNames { chip, symbols: &[] },
         clock: CycleClock { hz: chip.default_hz, clocks_per_cycle: 4 },

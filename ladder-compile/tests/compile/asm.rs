@@ -1,6 +1,5 @@
 //! Tests that the assembly source of an image assembles to the same bytes.
 
-use emu_core::chip::ChipSpace;
 use std::collections::BTreeSet;
 
 use crate::common::ladders::random_ladder;
@@ -42,7 +41,7 @@ fn check_source(program: &LadderProgram, turn: usize, seen: &mut BTreeSet<&str>)
         let wanted =
             emu_core::image::load_hex("image", compiled.hex.as_bytes(), target.chip.hex_spaces).expect("a sound image");
         let all = |image: &emu_core::image::Image| {
-            let spaces = target.chip.spaces.iter().map(|ChipSpace { name, .. }| *name);
+            let spaces = target.chip.spaces.iter().map(|space| space.name);
             spaces
                 .flat_map(|name| {
                     image.bytes_in(name).map(move |cell| (name, (cell.addr, cell.byte))).collect::<Vec<_>>()

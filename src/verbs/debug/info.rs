@@ -178,7 +178,7 @@ const VALUE: &str = "value";
 /// Prints the timers and counters of AP101 that are in use, with value and preset.
 fn modules(shell: &DebugShell, out: &mut String) {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
-    let count = chip.spaces.iter().find(|space| space.name == PRESET).map_or(0, |space| space.size);
+    let count = chip.space(PRESET).map_or(0, |space| space.size);
     let word = |space: &str, at: u32| {
         let byte = |n: u32| target.peek(space, 2 * at + n).map_or(0, u32::from);
         byte(0) | byte(1) << 8

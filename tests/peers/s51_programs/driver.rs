@@ -5,7 +5,6 @@
 //! for the serial port. It stops after the instruction with the read, and prints the clocks since reset, 12
 //! per machine cycle.
 
-use emu_core::chip::ChipSpace;
 use std::path::Path;
 use std::process::Command;
 
@@ -110,8 +109,7 @@ impl Probe for Watch {
 
 /// Runs a HEX file on this emulator.
 pub fn ours(hex: &str) -> Outcome {
-    let xdata =
-        chip().spaces.iter().position(|ChipSpace { name, .. }| *name == "xdata").expect("external memory") as u8;
+    let xdata = chip().spaces.iter().position(|space| space.name == "xdata").expect("external memory") as u8;
     let mut watch = Watch { xdata, text: Vec::new() };
     let mut machine = Mcs51::new(chip(), &image(hex), RamInit::Random(1));
     let stop = machine.run(LIMIT, &mut watch);

@@ -3,7 +3,6 @@
 //! Parts of an area with the same name follow each other; with OVR they all begin at the same address. Areas
 //! with ABS are at the addresses of their `.org`. [`layout`](super::layout) places all others as sdld does.
 
-use emu_core::chip::ChipSpace;
 use std::collections::BTreeMap;
 
 use super::layout::{AbsolutePart, AreaMemory, AreaShape, PlacementFault, layout};
@@ -239,12 +238,7 @@ pub(super) fn place_areas(asm: &mut Assembler<'_>) {
         return;
     }
     let mut areas = std::mem::take(&mut asm.family_state.mcs51.areas);
-    let ram = asm
-        .chip
-        .spaces
-        .iter()
-        .find(|ChipSpace { name, .. }| *name == "idata")
-        .map_or(256, |ChipSpace { size, .. }| *size);
+    let ram = asm.chip.space("idata").map_or(256, |space| space.size);
     let shapes: Vec<AreaShape> = areas.all.iter().map(|area| area.shape.clone()).collect();
     let banks = asm.family_state.mcs51.used_banks | 1;
     let found = layout(&shapes, &areas.absolute_parts, banks, ram as usize);

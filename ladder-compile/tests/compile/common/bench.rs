@@ -9,7 +9,6 @@
 //!     .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
 //! ```
 
-use emu_core::chip::ChipSpace;
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, RamInit, StopReason};
@@ -131,11 +130,7 @@ impl ImageBench {
         };
         let mut model = IrInterpreter::new(ir);
         let mut rng = Rng::new(seed ^ 0x5CA9);
-        let cells = chip
-            .spaces
-            .iter()
-            .find(|ChipSpace { name, .. }| *name == "eeprom")
-            .map_or(0, |&ChipSpace { size: cells, .. }| cells);
+        let cells = chip.space("eeprom").map_or(0, |space| space.size);
         for addr in 0..u32::from(ir.eeprom_bytes) {
             if !run.cpu.poke("eeprom", addr, 0xFF) {
                 return differs(format!("no EEPROM cell {addr} of {cells}"));
