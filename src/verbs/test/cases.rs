@@ -19,8 +19,6 @@ pub struct TestCase {
     pub arguments: Vec<String>,
     /// The exit code with which the command must end.
     pub exit_code: u8,
-    /// The arguments of a command that plays the same scenario and can write a waveform with `--vcd`.
-    pub replay_with_wave: Option<Vec<String>>,
 }
 
 impl TestCase {
@@ -34,9 +32,27 @@ impl TestCase {
         }
     }
 
+    /// Returns the arguments of a command that plays the same scenario and can write a waveform with `--vcd`;
+    /// `None` if the test has no scenario. `check` writes no waveform, so its program runs on the evaluator.
+    pub fn replay_with_wave(&self) -> Option<Vec<String>> {
+        let (verb, rest) = self.arguments.split_first()?;
+        if !rest.iter().any(|argument| argument.starts_with("--scenario=")) {
+            return None;
+        }
+        let is_check = verb == "check";
+        let is_kept = |argument: &&String| {
+            let of_sim = ["--scenario=", "--dialect=", "--format=", "--cycle="];
+            !is_check || !argument.starts_with("--") || of_sim.iter().any(|flag| argument.starts_with(flag))
+        };
+        let verb = if is_check { "sim" } else { verb };
+        Some([verb.to_owned()].into_iter().chain(rest.iter().filter(is_kept).cloned()).collect())
+    }
+
     /// Returns a name for files of this test, of letters, digits, `-`, `_` and `.`.
     pub fn file_stem(&self) -> String {
-        self.name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect()
+        let folder = self.folder.as_ref().map_or(String::new(), |folder| format!("{}-", folder.display()));
+        let name = folder + &self.name;
+        name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect()
     }
 
     /// Returns the test as JSON.
@@ -57,7 +73,7 @@ fn shell_word(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::shell_word;
+    use super::{TestCase, shell_word};
 
     #[test]
     fn words_are_quoted_for_a_shell() {
@@ -66,5 +82,24 @@ mod tests {
         {
             assert_eq!(shell_word(word), quoted);
         }
+    }
+
+    #[test]
+    fn a_check_is_replayed_on_the_evaluator() {
+        let case = |arguments: &[&str]| TestCase {
+            name: "a/b c".to_owned(),
+            file: "emu.toml".to_owned(),
+            line: 1,
+            folder: Some("sub".into()),
+            arguments: arguments.iter().map(|&word| word.to_owned()).collect(),
+            exit_code: 0,
+        };
+        let replayed = |arguments: &[&str]| case(arguments).replay_with_wave().map(|words| words.join(" "));
+        let check = ["check", "a.ld", "--mcu=8051", "--dialect=ldmicro-5", "--scenario=s.toml"];
+        assert_eq!(replayed(&check).as_deref(), Some("sim a.ld --dialect=ldmicro-5 --scenario=s.toml"));
+        let run = ["run", "a.hex", "--mcu=8051", "--scenario=s.toml"];
+        assert_eq!(replayed(&run).as_deref(), Some("run a.hex --mcu=8051 --scenario=s.toml"));
+        assert_eq!(replayed(&["check", "a.ld"]), None);
+        assert_eq!(case(&[]).file_stem(), "sub-a-b-c");
     }
 }

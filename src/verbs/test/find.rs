@@ -11,7 +11,7 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::input;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::verbs::test::cases::TestCase;
-use crate::verbs::test::manifest::{self, FILE_NAME, read_manifest};
+use crate::verbs::test::manifest::{FILE_NAME, read_manifest};
 
 /// Extensions of images and of sources that `emu run` assembles, in the order in which they are tried.
 const IMAGES: [&str; 9] = ["hex", "ihx", "elf", "omf", "asm", "s", "S", "a51", "src"];
@@ -160,15 +160,7 @@ impl TestFinder {
         };
         let arguments: Vec<String> =
             [verb.to_owned(), program].into_iter().chain(chip).chain([format!("--scenario={file}")]).collect();
-        self.cases.push(TestCase {
-            name: file.clone(),
-            file,
-            line: 1,
-            folder: None,
-            replay_with_wave: manifest::replay_with_wave(verb, &arguments),
-            arguments,
-            exit_code: 0,
-        });
+        self.cases.push(TestCase { name: file.clone(), file, line: 1, folder: None, arguments, exit_code: 0 });
     }
 }
 

@@ -132,17 +132,8 @@ impl ManifestReader<'_> {
         let name = name.unwrap_or_else(|| default_name(&verb, &files, &flags));
         let arguments = [verb.clone()].into_iter().chain(files.clone()).chain(flags.into_values().flatten()).collect();
         let line = self.text.get(..at).unwrap_or_default().matches('\n').count() as u32 + 1;
-        let mut case = TestCase {
-            name,
-            file: self.file.to_owned(),
-            line,
-            folder: folder.map(PathBuf::from),
-            arguments,
-            exit_code,
-            replay_with_wave: None,
-        };
-        case.replay_with_wave = replay_with_wave(&verb, &case.arguments);
-        Some(case)
+        let folder = folder.map(PathBuf::from);
+        Some(TestCase { name, file: self.file.to_owned(), line, folder, arguments, exit_code })
     }
 
     /// Returns the arguments of all keys of a table.
@@ -181,20 +172,6 @@ fn default_name(verb: &str, files: &[String], flags: &Flags) -> String {
     let scenario = flags.get("scenario").into_iter().flatten().filter_map(|flag| flag.split_once('='));
     let words: Vec<&str> = files.iter().map(String::as_str).chain(scenario.map(|(_, file)| file)).collect();
     format!("{verb} {}", words.join(" "))
-}
-
-/// Returns the arguments of a command that plays the same scenario and can write a waveform. `check` has no
-/// waveform, so its program runs on the evaluator.
-pub fn replay_with_wave(verb: &str, arguments: &[String]) -> Option<Vec<String>> {
-    if !arguments.iter().any(|argument| argument.starts_with("--scenario=")) {
-        return None;
-    }
-    let is_kept = |argument: &&String| {
-        let of_sim = ["--scenario=", "--dialect=", "--format=", "--cycle="];
-        verb != "check" || !argument.starts_with("--") || of_sim.iter().any(|flag| argument.starts_with(flag))
-    };
-    let verb = if verb == "check" { "sim" } else { verb };
-    Some([verb.to_owned()].into_iter().chain(arguments.iter().skip(1).filter(is_kept).cloned()).collect())
 }
 
 #[cfg(test)]

@@ -359,7 +359,6 @@ mod tests {
             folder: None,
             arguments: vec!["run".to_owned(), "x.hex".to_owned()],
             exit_code: 0,
-            replay_with_wave: None,
         };
         let drawn = "x: note[LC040]: pins\n[SCN020] error: 50% is wrong\n   ,-[ s.toml:12:3 ]\n   |\n";
         let line = failed(&case, drawn);

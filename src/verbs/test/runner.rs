@@ -101,7 +101,7 @@ impl TestRunner {
             }
         };
         if self.draws_waves && matches!(result.outcome, TestOutcome::Failed | TestOutcome::NoResult) {
-            result.wave = case.replay_with_wave.as_ref().and_then(|arguments| self.wave(case, arguments));
+            result.wave = case.replay_with_wave().and_then(|arguments| self.wave(case, &arguments));
         }
         result
     }
