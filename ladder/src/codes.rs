@@ -83,7 +83,7 @@ diag::codes! {
     REGISTER_ADDRESS "LD039" "a register is named by its address"
         "A note: `#0x25` and the like are addresses in the data memory of the chip that MICRO= names. Those of the registers of ports are read as their names #PORTx, #PINx, #TRISx; others have no meaning here.";
     OTHER_NOTATION "LD040" "a notation that is not read"
-        "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, or ladder as JSON of another editor than OpenPLC Editor 4. The file is not damaged. --format names the notations that are read: LDmicro's .ld text, Instruction List, PLCopen XML, OpenPLC Editor 4, neutral text of Allen-Bradley.";
+        "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, or ladder as JSON of another editor than OpenPLC Editor 4. The file is not damaged. --format names the notations that are read: LDmicro's .ld text, Instruction List, PLCopen XML, OpenPLC Editor 4, neutral text of Allen-Bradley, grids of CSLadder.";
     IGNORED_SETTING "LD041" "a setting that has no effect here"
         "A note: YPlcCycleDuty:1 (an output that shows how long a scan takes), ConfigurationWord(s) (compiled images have the word that LC041 names), a MICRO= that is no name of LDmicro's list, and a mask of PULL-UP LIST that leaves an input without its pull-up: compiled images turn on the pull-ups of all inputs that have one.";
     DRAWING "LD042" "the wires of a diagram are not sound"

@@ -45,12 +45,13 @@ pub struct ReadFlags {
     /// dialect of the program's header (0.1: ldmicro-2.3, 0.2: ldmicro-5).
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     pub dialect: Option<LadderDialect>,
-    /// The notation of the program: ld (LDmicro), il (Instruction List) or grid (CSLadder). Default: the one
-    /// that the content or the extension shows.
+    /// The notation of the program: ld (LDmicro), il (Instruction List), plcopen (PLCopen XML), openplc (the
+    /// .ld of OpenPLC Editor 4), rockwell (neutral text, L5X) or grid (CSLadder). Default: the one that the
+    /// content or the extension shows.
     #[arg(long = "format", value_name = "NOTATION", value_parser = parse_notation)]
     notation: Option<Notation>,
-    /// Time of a scan in milliseconds, in place of CYCLE=. Default for Instruction List, which has no CYCLE=:
-    /// 10.
+    /// Time of a scan in milliseconds, in place of CYCLE= and of the interval of a task. Default where a
+    /// program has neither: 10.
     #[arg(long, value_name = "MS", value_parser = parse_cycle)]
     cycle: Option<CycleTime>,
 }

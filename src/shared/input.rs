@@ -224,9 +224,7 @@ impl ReadProgram {
             }
             let why = match self.program.dialect {
                 LadderDialect::Iec => {
-                    format!(
-                        "{file} is in Instruction List, which names no chip; give --mcu CHIP (`emu chips` lists them)"
-                    )
+                    format!("{file} is in a notation that names no chip; give --mcu CHIP (`emu chips` lists them)")
                 }
                 LadderDialect::Ldmicro23 | LadderDialect::Ldmicro5 => {
                     format!("{file} names no chip in MICRO=; give --mcu CHIP (`emu chips` lists them)")

@@ -46,7 +46,7 @@ const PROGRESS_DELAY: Duration = Duration::from_secs(1);
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CheckArgs {
-    /// The programs, .ld or .il files; - is standard input.
+    /// The programs: .ld, .il, .xml, .l5x and .grid files; - is standard input.
     #[arg(value_name = "PROGRAM.ld", required = true)]
     files: Vec<String>,
     #[command(flatten)]

@@ -50,10 +50,7 @@ pub struct ConvertedProgram {
 /// Converts a program of LDmicro to Instruction List.
 ///
 /// # Errors
-/// Each element that Instruction List cannot express, with its position (CV001).
-///
-/// # Panics
-/// Never: a program in dialect IEC gives an error.
+/// Each element that Instruction List cannot express, with its position (CV001); a program of IEC 61131-3.
 pub fn to_instruction_list(program: &LadderProgram) -> Result<ConvertedProgram, Vec<Diagnostic>> {
     if program.dialect == LadderDialect::Iec {
         let cause = "the program is one of IEC 61131-3 already";
@@ -62,7 +59,7 @@ pub fn to_instruction_list(program: &LadderProgram) -> Result<ConvertedProgram, 
         return Err(vec![Diagnostic::new(Severity::Error, codes::NOT_CONVERTED, &program.file, pos, cause, hint)]);
     }
     let facts = SourceFacts::new(program);
-    let names = NameTable::new(program, &facts);
+    let names = NameTable::new(&facts);
     let mut emitter = IlEmitter::new(program, &facts, names);
     emitter.emit_program();
     if emitter.diagnostics.iter().any(Diagnostic::is_error) {

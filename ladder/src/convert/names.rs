@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::il::is_name;
-use crate::model::LadderProgram;
 
 use super::facts::SourceFacts;
 
@@ -19,7 +18,7 @@ pub(super) struct NameTable {
 
 impl NameTable {
     /// Chooses a name of Instruction List for every symbol of a program.
-    pub(super) fn new(program: &LadderProgram, facts: &SourceFacts<'_>) -> NameTable {
+    pub(super) fn new(facts: &SourceFacts<'_>) -> NameTable {
         let mut table = NameTable { names: BTreeMap::new(), taken: BTreeSet::new(), numbers: BTreeMap::new() };
         let symbols = facts.symbols();
         // Names that stay have precedence over names that change.
@@ -34,7 +33,6 @@ impl NameTable {
                 table.names.insert(name, other);
             }
         }
-        debug_assert!(program.rungs.len() < usize::MAX);
         table
     }
 

@@ -28,8 +28,8 @@ pub use reader::{ParsedGridProgram, read};
 
 use model::CellText;
 
-/// Writes the grids: cells in columns, without the empty cells at the end of a row. If the last column is empty, the
-/// first row has all its cells, because the longest row is the width of the grid.
+/// Writes the grids: cells in columns, without the empty cells at the end of a row. If the last column is
+/// empty, the first row has all its cells, because the longest row is the width of the grid.
 #[must_use]
 pub fn write(program: &GridProgram) -> String {
     let mut text = "CSLADDER\n".to_owned();
